@@ -281,6 +281,7 @@ class RangeSensor(StrictModel):
 Positive = Annotated[float, Field(gt=0.0, description="turn the sign of the column instead")]
 
 
+Count = Annotated[int, Field(ge=-(2**31), le=2**31, description="encoders have 32 bits")]
 Metres = Annotated[float, Field(ge=-100.0, le=100.0, description="m, within a workshop")]
 
 
@@ -293,7 +294,7 @@ class Target(StrictModel):
     """In the link's frame."""
 
 
-OF_EACH_JOINT = ("effort_gain", "gear", "drive")
+OF_EACH_JOINT = ("effort_gain", "gear", "drive", "zero_count")
 """Keys whose values are one for all joints, or one a joint."""
 
 
@@ -316,6 +317,8 @@ class ChainRobot(RuledModel):
     """Motor turns per joint turn."""
     drive: Drive | tuple[Drive | None, ...] | None = None
     """Makes angles of the counts in `theta`, `command` and `velocity`; null: these are angles."""
+    zero_count: Count | tuple[Count, ...] = 0
+    """Count at the zero of the model."""
     gravity: bool = True
     """Whether efforts hold weights."""
     zero: Literal["absolute", "arbitrary"] = "absolute"
@@ -359,6 +362,12 @@ class ChainRobot(RuledModel):
         """What one count of a joint's columns turns it by; None where these are angles."""
         own = self.drive if isinstance(self.drive, tuple) else (self.drive,) * len(self.joints)
         return tuple(None if one is None else one.rad_per_step for one in own)
+
+    @property
+    def zero_counts(self) -> tuple[int, ...]:
+        """Count of each joint at the zero of its model."""
+        given = self.zero_count
+        return given if isinstance(given, tuple) else (given,) * len(self.joints)
 
     def with_gains(self, gains: FloatArray) -> ChainRobot:
         """The same with other gains of its joints, (joints,)."""

@@ -24,12 +24,19 @@ from benchmarks.proofs.moving_machines import (
 
 Rng = np.random.Generator
 Fault = tuple[str, str, float]
-"""What it is called among the regressors of a chain, or "load"; joint or link, size."""
+"""What it is called among the regressors of a chain, "load", or which size of a lag ("time",
+"dead_time") it is; joint or link, size."""
 
 SECONDS = 60.0
 TIERS = ("none", "single", "pair", "unknown")
 BEYOND_STATED = 0.2
 """Share of the stated friction by which a fault's is larger: by half as much two days differ."""
+CLOCK_S = 0.002
+"""Usual time between an effort and its position: a quarter of a sampling period,"""
+OFF = {"mass": 0.02, "gain": 0.02, "dry": 0.05, "viscous": 0.05, "offset": 0.01}
+"""and usual shares by which a machine as built is off its drawing: what the diagnosis tolerates."""
+MOST_OFF = 2.0
+"""Times these, beyond which it is a fault."""
 OF_FOUR = (0, 1, 1, 1, 2, 2, 2, 3)
 """Tiers in turn: one healthy machine in eight, three with one fault, three with two."""
 
@@ -107,7 +114,7 @@ def _gain(draw: Draw) -> None:
 def _lag(draw: Draw) -> None:
     j = draw.joint()
     draw.faults.dead_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
-    draw.expects("lag", j, draw.faults.dead_s[j])
+    draw.expects("dead_time", j, draw.faults.dead_s[j])
 
 
 def _load(draw: Draw) -> None:
@@ -130,7 +137,7 @@ def _stribeck(draw: Draw) -> None:
 def _first_order(draw: Draw) -> None:
     j = draw.joint()
     draw.faults.lag_s[j] = np.exp(draw.rng.uniform(np.log(0.008), np.log(0.06)))
-    draw.expects("lag", j, draw.faults.lag_s[j])
+    draw.expects("time", j, draw.faults.lag_s[j])
 
 
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
@@ -167,17 +174,42 @@ ALONE: dict[str, Callable[[Draw], None]] = {
 UNKNOWN: tuple[Callable[[Draw], int], ...] = (_coupled, _drifts, _by_place)
 
 
+def _as_built(draw: Draw, rng: Rng) -> None:
+    """Tolerances of a machine, of all that is no fault of it."""
+    own, faults, shape = draw.own, draw.faults, (5, len(draw.own.joints))
+    off = np.clip(rng.standard_normal(shape), -MOST_OFF, MOST_OFF)
+    hidden = {(key, joint) for key, joint, _ in draw.expected}
+    tolerances = {
+        "dry": own.dry,
+        "viscous": own.viscous,
+        "offset": draw.effort,
+        "gain": np.ones(len(own.joints)),
+    }
+    for (key, size), drawn_off in zip(tolerances.items(), off, strict=False):
+        free = [(key, joint) not in hidden for joint in own.joints]
+        getattr(faults, key)[:] += OFF[key] * size * drawn_off * free
+    faults.mass[:] = OFF["mass"]
+    faults.dead_s += CLOCK_S * off[4]
+
+
 def tier_of(number: int) -> str:
     """What machine `number` of any seed hides."""
     return TIERS[OF_FOUR[number % len(OF_FOUR)]]
 
 
 def drawn(
-    seed: int, number: int, gantry: bool, file: Path, seconds: float = SECONDS, fault: str = ""
+    seed: int,
+    number: int,
+    gantry: bool,
+    file: Path,
+    seconds: float = SECONDS,
+    fault: str = "",
+    as_built: bool = False,
 ) -> tuple[str, Draw, str]:
     """Machine `number` of a seed: its tier and faults, and the joint of what has no name.
 
     Writes its recording, and beside it its URDF. fault: what of `ALONE` it hides instead.
+    as_built: with all tolerances that the diagnosis allows for, and not only with masses.
     """
     rng = np.random.default_rng([seed, number, int(gantry)])
     own = machine(rng, gantry)
@@ -191,6 +223,8 @@ def drawn(
     else:
         for which in rng.choice(len(NAMED), TIERS.index(tier), replace=False):
             NAMED[int(which)](draw)
+    if as_built:
+        _as_built(draw, np.random.default_rng([seed, number, int(gantry), 1]))
     file.with_suffix(".urdf").write_text(own.urdf())
     recorded(file, own, draw.faults, rng, moved, seconds)
     return tier, draw, joint

@@ -27,7 +27,7 @@ ARM_TURNS = (0.0, 0.0, 0.0, 0.5 * np.pi, -0.5 * np.pi, 0.0)
 """About y before each joint: the roll joint turns about its own z."""
 GANTRY = ("bridge", "cart", "lift")
 DRAWN_MASS = 0.005
-"""Share by which the masses of a machine are off its drawing."""
+"""Share by which the masses of a machine are off its drawing, where `Faults` says no more."""
 YIELDS = (3e-5, 1e-3)
 """Way before a bearing slides, as a share of the reach: up to three minutes of arc."""
 BY_LOAD = 0.1
@@ -133,6 +133,8 @@ class Faults:
         self.lag_s = none.copy()
         """Time constant behind which a drive gives its effort."""
         self.gain = none + 1.0
+        self.mass = none + DRAWN_MASS
+        """Usual share by which a link's mass is off the drawing."""
         self.coupled = np.zeros((self.joints, self.joints))
         """Share of another joint's effort that a joint's column has too."""
 
@@ -234,7 +236,7 @@ def _dry(own: Machine, faults: Faults, moved: Moved, load: FloatArray, rng: Rng)
 
 def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
     """Columns of effort (m, joints) on the fine grid, without noise."""
-    links = rigid(own, moved, faults, DRAWN_MASS * rng.standard_normal(len(own.joints)))
+    links = rigid(own, moved, faults, faults.mass * rng.standard_normal(len(own.joints)))
     dry = _dry(own, faults, moved, links, rng)
     yields = own.reaches * np.exp(
         rng.uniform(np.log(YIELDS[0]), np.log(YIELDS[1]), len(own.joints))

@@ -39,6 +39,7 @@ BY_KEY = {
     "skip_lines": "count",
     "seed": "any number",
     "microsteps_per_rev": "count",
+    "zero_count": "count",
     "singularity_margin": "sine",
     "correlation": "ratio",
     "probability": "ratio",

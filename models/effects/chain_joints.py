@@ -44,6 +44,8 @@ class JointEffect:
     besides: str = ""
     """A second size,"""
     besides_unit: str = ""
+    default: float | None = None
+    """What a robot file means that leaves a size out; None where it may not."""
 
     @property
     def name(self) -> str:
@@ -78,7 +80,12 @@ JOINT_EFFECTS = {
         ("rotor", "inertia", "inertia", "kg m2", "rotor and gear of {part} have {size}"),
         ("offset", "offset", "offset", "N m", "a constant effort of {size} is at {part}"),
         ("gain", "gain", "scale", "1", "{part} gives {size} times the effort of its column", 1.0),
-        ("lag", "lag", "dead_time", "s", "the effort of {part} acts {size} late"),
+        (
+            *("lag", "lag", "time", "s"),
+            "the effort of {part} acts late, with a time constant of {size} after a dead time of"
+            " {besides}",
+            *(0.0, "dead_time", "s", 0.0),
+        ),
         (
             *("stribeck", "stribeck", "torque", "N m"),
             "friction of {part} is {size} higher near standstill and falls off within {besides}",
@@ -151,7 +158,9 @@ def _kind(one: JointEffect, slides: Mapping[str, bool]) -> EffectKind:
         besides = shown.get(one.besides, "")
         return one.text.format(size=shown[one.parameter], part=component, besides=besides)
 
-    parameters = tuple(Parameter(name, unit, -1e6, 1e6) for name, unit in one.units.items())
+    parameters = tuple(
+        Parameter(name, unit, -1e6, 1e6, default=one.default) for name, unit in one.units.items()
+    )
     operate = next(iter(SERVO_EFFECTS.values())).operate
     return EffectKind(
         one.name, Port.GEAR, tuple(slides), parameters, operate, says, nothing=one.nothing

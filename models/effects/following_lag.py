@@ -43,10 +43,10 @@ STARTS_S = (
 )
 """Time constants and dead times from which fits begin: either alone at a good and a poor drive's,
 both, and each long beside the other."""
-DEAD_S = 0.05
-"""Spread of the dead time of a joint's drive: a slow bus, or a filter of its own,"""
-DEAD_STARTS_S = (0.003, 0.015, 0.08, 0.3)
-"""and from where fits of it begin, apart by a factor of five."""
+JOINT_S = 0.05
+"""Spread of the dead time and of the time constant of a joint's drive: a slow bus, or a filter,"""
+JOINT_STARTS_S = tuple(start for s in (0.003, 0.015, 0.08, 0.3) for start in ((0.0, s), (s, 0.0)))
+"""and from where fits begin, with either alone, apart by a factor of five."""
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -198,6 +198,11 @@ def _late(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) ->
     return np.column_stack([effort[:, 0], asked, effort[:, 2]])
 
 
+def _sluggish(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    asked = effort[:, 1] + 0.04 * np.gradient(effort[:, 1], t_s)
+    return np.column_stack([effort[:, 0], asked, effort[:, 2]])
+
+
 def _weak(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
     return effort / np.array([1.0, 0.88, 1.0])
 
@@ -205,7 +210,11 @@ def _weak(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) ->
 @pytest.mark.study
 @pytest.mark.parametrize(
     ("fault", "effect", "parameter", "size"),
-    [(_late, "following_lag", "dead_time", 0.025), (_weak, "effort_gain", "scale", 0.88)],
+    [
+        (_late, "following_lag", "dead_time", 0.025),
+        (_sluggish, "following_lag", "time", 0.04),
+        (_weak, "effort_gain", "scale", 0.88),
+    ],
 )
 def test_what_any_drive_has_a_little_of_is_named_where_it_is_large(
     robot: Path, fault: Fault, effect: str, parameter: str, size: float

@@ -74,6 +74,18 @@ def test_counts_are_angles_within_half_a_count(robot: Path) -> None:
     np.testing.assert_allclose(speeds, np.gradient(truth[:, 1:4], truth[:, 0], axis=0), atol=1e-6)
 
 
+def test_counts_begin_at_the_zero_of_the_model(robot: Path) -> None:
+    file = _counted(recorded(robot.parent))
+    before = angles_in(_machine(robot), read_flat(file))
+    robot.write_text(f"{robot.read_text()}zero_count: [0, 2048, -100]\n")
+    after = angles_in(_machine(robot), read_flat(file))
+    for stem, moved in (("theta", np.array([0.0, -2048.0, 100.0])), ("velocity", np.zeros(3))):
+        earlier, later = (joints_of(_machine(robot).joints, one, stem) for one in (before, after))
+        assert earlier is not None
+        assert later is not None
+        np.testing.assert_allclose(later - earlier, np.tile(moved * COUNT_RAD, (len(later), 1)))
+
+
 def test_friction_is_found_by_counts_with_its_size(robot: Path) -> None:
     (found,) = diagnose([_counted(recorded(robot.parent, FRICTION_NM))], robot).findings
     assert (found.effect, found.component) == ("joint_friction", "shoulder")
@@ -152,6 +164,19 @@ def test_init_writes_drives_and_commands_in_counts(tmp_path: Path) -> None:
     commands = _cells(file.with_name("mixed-poses.csv"))[1]
     assert np.array_equal(commands[:, [0, 2]], np.rint(commands[:, [0, 2]]))
     assert np.abs(commands[:, 1]).max() <= 3.0 < np.abs(commands[:, 2]).max()
+
+
+def test_init_writes_the_zero_and_commands_around_it(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(urdf_text())
+    file = tmp_path / "servos.yaml"
+    chain(
+        file, tmp_path / "arm.urdf", microsteps_per_rev="4096", zero_count="2048,2048,0", poses=15
+    )
+    assert _machine(file).zero_counts == (2048, 2048, 0)
+    middle = _cells(file.with_name("servos-poses.csv"))[1].mean(axis=0)
+    assert np.array_equal(np.abs(middle - np.array([2048, 2048, 0])) < 1024, [True] * 3)
+    with pytest.raises(ConfigError, match="--microsteps-per-rev"):
+        chain(tmp_path / "other.yaml", tmp_path / "arm.urdf", zero_count="2048")
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,10 @@ GearOption = Annotated[
     str | None,
     typer.Option(help="With it, turns of the motor for one of the joint (1): one, or one a joint."),
 ]
+ZeroOption = Annotated[
+    str | None,
+    typer.Option(help="With it, count at which the joint is at the model's zero (0), as 2048."),
+]
 PosesOption = Annotated[
     int | None,
     typer.Option(min=15, max=500, help="Also write so many poses to measure, as *-poses.csv."),
@@ -63,6 +67,7 @@ def chain(
     effort_gain: GainOption = None,
     microsteps_per_rev: MicrostepsOption = None,
     gear_ratio: GearOption = None,
+    zero_count: ZeroOption = None,
     name: Annotated[str | None, typer.Option(help="What reports call it.")] = None,
     poses: PosesOption = None,
     motion: MotionOption = False,
@@ -73,7 +78,7 @@ def chain(
     ```
     deltactl init chain arm.yaml --model arm.urdf
     deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
-    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 4096
+    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 4096 --zero-count 2048
     deltactl init chain arm.yaml --model arm.urdf --poses 60 --motion
     ```
     """
@@ -96,6 +101,7 @@ def chain(
         f"effort_gain: {gains}  # N m (N of a slide) at the joint for one unit of effort\n"
         "gravity: on  # off where the efforts have no weight in them\n"
         f"{_drives(microsteps_per_rev, gear_ratio, described)}"
+        f"{_zeros(zero_count, microsteps_per_rev, chosen)}"
     )
     with written_if_right(file, text):
         robot = load_with_effects(file)
@@ -141,8 +147,8 @@ def _write_motion(job: Path, robot: RobotModel, described: RigidChain) -> None:
 
 def _commanded(robot: ChainRobot, positions: Iterable[float]) -> str:
     """Commands of all joints in one row, in the counts of those that have a drive."""
-    each = zip(positions, robot.rad_per_count, strict=True)
-    return ",".join(f"{x:.5f}" if rad is None else f"{x / rad:.0f}" for x, rad in each)
+    each = zip(positions, robot.rad_per_count, robot.zero_counts, strict=True)
+    return ",".join(f"{x:.5f}" if rad is None else f"{x / rad + zero:.0f}" for x, rad, zero in each)
 
 
 def _gains(text: str, joints: list[str]) -> str:
@@ -174,6 +180,22 @@ def _drives(microsteps: str | None, gear: str | None, described: RigidChain) -> 
         for pulses, turns in pairs
     ]
     return f"drive: [{', '.join(made)}]  # of joints whose columns count; null: in rad or m\n"
+
+
+def _zeros(text: str | None, microsteps: str | None, joints: list[str]) -> str:
+    """The line `zero_count` of the file, empty where it is 0. Raises as `_gains`."""
+    if text is None:
+        return ""
+    if microsteps is None:
+        raise ConfigError(f"--zero-count is given with {MICROSTEPS.option}")
+    try:
+        counts = [int(number) for number in _each("--zero-count", text, joints)]
+    except ValueError:
+        raise ConfigError(
+            f"--zero-count: '{text}' is no list of whole numbers, as 2048,2048"
+        ) from None
+    value = counts[0] if len(counts) == 1 else counts
+    return f"zero_count: {value}  # at the zero of the model\n"
 
 
 def _numbers(question: Question, text: str, described: RigidChain) -> list[float | None]:

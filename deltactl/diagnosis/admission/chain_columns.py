@@ -42,7 +42,7 @@ LEAST_ALIKE = 0.3
 
 def angles_in(robot: ChainRobot, recording: FlatRecording) -> FlatRecording:
     """With counts of joints as angles. Raises RefusedRecording where one is no whole number."""
-    own = counted(robot.joints, recording, robot.rad_per_count)
+    own = counted(robot.joints, recording, robot.rad_per_count, robot.zero_counts)
     for name in own:
         counts = {**recording.columns, **recording.extra}[name]
         if "velocity" not in name and len(broken := np.flatnonzero(counts % 1.0 > 0.0)):

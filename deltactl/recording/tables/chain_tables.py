@@ -48,24 +48,28 @@ def by_joint(
 
 
 def counted(
-    joints: Sequence[str], recording: FlatRecording, rad_per_count: Sequence[float | None]
-) -> dict[str, float]:
-    """Columns that are counts, and what one turns the joint by [rad]: those of joints that have a
-    drive, but for columns whose unit somebody gave.
+    joints: Sequence[str], recording: FlatRecording, rad_per_count: Sequence[float | None],
+    zeros: Sequence[int],
+) -> dict[str, tuple[float, int]]:  # fmt: skip
+    """Columns that are counts, what one turns the joint by [rad], and the count at zero: those of
+    joints that have a drive, but for columns whose unit somebody gave.
     """
-    names = [joint_columns(joints, recording, stem) for stem in ("theta", "command", "velocity")]
     return {
-        name: rad
-        for each in names
-        for name, rad in zip(each, rad_per_count, strict=True)
+        name: (rad, 0 if stem == "velocity" else zero)
+        for stem in ("theta", "command", "velocity")
+        for name, rad, zero in zip(
+            joint_columns(joints, recording, stem), rad_per_count, zeros, strict=True
+        )
         if name is not None and rad is not None and name not in recording.units_given
     }
 
 
-def in_angles(recording: FlatRecording, rad_per_count: Mapping[str, float]) -> FlatRecording:
-    """A recording with these columns of counts as angles [rad]."""
+def in_angles(
+    recording: FlatRecording, columns_of_counts: Mapping[str, tuple[float, int]]
+) -> FlatRecording:
+    """A recording with these columns of counts as angles [rad], see `counted`."""
     table = {**recording.extra, **recording.columns}
-    turned = {name: rad * table[name] for name, rad in rad_per_count.items()}
+    turned = {n: rad * (table[n] - zero) for n, (rad, zero) in columns_of_counts.items()}
     extra = {name: turned.get(name, values) for name, values in recording.extra.items()}
     columns = {name: turned.get(name, values) for name, values in recording.columns.items()}
     return replace(recording, columns=columns, extra=extra)

@@ -23,7 +23,7 @@ from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDI
 from deltactl.models.effects.payload import OF_MASS, OFF_OF_REACH
 from deltactl.models.rigid_chain import BODY, RigidChain
 from deltactl.models.robot import ChainRobot
-from deltactl.models.signals import clipped
+from deltactl.models.signals import clipped, lagged
 from deltactl.recording.tables.flat import FlatRecording
 
 
@@ -67,7 +67,7 @@ class JointEfforts(LeftOver):
         self._in_time = AheadInTime(moved.whole.t_s, moved.whole.fresh)
         self._filtered = self._low_passed(moved.force)
         self._direction = self._low_passed(moved.signs)
-        self._speed = self._low_passed(moved.speed)
+        self._speed, self._change = map(self._low_passed, (moved.speed, moved.change))
         self._bare = chain.efforts(*self._motion)
         self._needed = self._low_passed(self._bare) + chain.friction * self._direction
         stride = max(moved.stride, -(-int(moved.counts.sum()) // CHAIN.most_rows))
@@ -151,14 +151,28 @@ class JointEfforts(LeftOver):
     def _changing(self) -> FloatArray:
         return self.moved.passed[0].slope(self._filtered)
 
-    def _since(self, joint: int, dead_s: float) -> FloatArray:
-        """Effort of a joint less what it was a dead time ago, (n,).
+    def _since(self, joint: int, dead_s: float, time_s: float) -> FloatArray:
+        """Effort of a joint less what a dead time and a time constant leave of it, (n,).
 
-        Noise is late, too, and as large. Behind a time constant it would be smaller, so that the
-        longest would fit best.
+        Noise is as late, and as large: behind a time constant, too, it would be smaller, so that
+        the longest would fit best.
         """
-        earlier = self._in_time.later(self._curves[joint], -dead_s, 0.0)
-        return self._at(joint, self._filtered[:, joint] - earlier[:, 0])
+        read, smooth = self._in_time.later(self._curves[joint], -dead_s, 0.0).T
+        behind = read - smooth + lagged(smooth[:, None], self.moved.whole.step_s, time_s, {})[:, 0]
+        return self._at(joint, self._filtered[:, joint] - behind)
+
+    @cached_property
+    def _smooth(self) -> FloatArray:
+        """Efforts (m, joints) without their noise, which no time constant may explain."""
+        own, ones = [self._needed, self._direction, self._speed], np.ones_like(self._needed)
+        acting = np.stack([*own, self._change, ones], axis=2)
+        shapes = [acting, self.moved.passed[0].slope(acting), self._load_efforts]
+        rows = self.moved.counts | ~self.moved.counts.any(axis=0)
+        made = np.empty_like(ones)
+        for j, shape in enumerate(np.concatenate(shapes, axis=2).swapaxes(0, 1)):
+            seen = shape[rows[:, j]], self._filtered[rows[:, j], j]
+            made[:, j] = shape @ np.linalg.lstsq(*seen, rcond=1e-10)[0]
+        return made
 
     def _at(self, joint: int, efforts: FloatArray) -> FloatArray:
         """Efforts (m,) of one joint, (n,)."""
@@ -172,17 +186,22 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _curves(self) -> list[Curves]:
-        return [self._in_time.curves(force[:, None]) for force in self._filtered.T]
+        pairs = np.stack([self._filtered, self._smooth], axis=2)
+        return [self._in_time.curves(own) for own in pairs.swapaxes(0, 1)]
 
     def _each(self, efforts: FloatArray) -> FloatArray:
         """Efforts (m, joints) of all joints, each by itself, (n, joints)."""
         return np.where(self.own, self.layout.laid(efforts)[:, None], 0.0)
 
     @cached_property
+    def _load_efforts(self) -> FloatArray:
+        return self._low_passed(self.chain.load_columns(*self._motion))
+
+    @cached_property
     def _load(self) -> Columns:
         """All ten moments of a load, (n, 10): far from the flange a heavy one turns, too."""
         chain, mass = self.chain, OF_MASS * self.chain.mass_kg
-        values = self.layout.laid(self._low_passed(chain.load_columns(*self._motion)))
+        values = self.layout.laid(self._load_efforts)
         off = OFF_OF_REACH * chain.reach_m + chain.tip_m
         return Columns(values, mass * np.array([1.0] + [off] * 3 + [off**2] * 6), BODY)
 

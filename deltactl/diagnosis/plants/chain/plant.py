@@ -20,9 +20,16 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN, JointEfforts
 from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
-from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit
-from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS, LONE
-from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Size, Sizes
+from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
+from deltactl.diagnosis.plants.regression import (
+    DELAY,
+    Columns,
+    Draws,
+    Regressor,
+    Shown,
+    Sizes,
+)
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -31,7 +38,7 @@ from deltactl.models.effects.chain_joints import (
     rotor_log_odds,
 )
 from deltactl.models.effects.effort_offset import ZERO_OFF
-from deltactl.models.effects.following_lag import DEAD_S, DEAD_STARTS_S
+from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
 from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
@@ -137,8 +144,7 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        end_s = LONE.longest_lag_s
-        late = Size("dead_time", "half", DEAD_S, 0.0, end_s, 0.05 * period_s, within=(0.0, end_s))
+        late = {"sizes": late_sizes(JOINT_S, period_s), "starts": JOINT_STARTS_S}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
@@ -146,10 +152,7 @@ class ChainPlant(JointEfforts):
             "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
-            "lag": off(
-                clocks_apart_s(period_s), sizes=(late,), saturated=False,
-                starts=tuple((dead_s,) for dead_s in DEAD_STARTS_S),
-            ),
+            "lag": off(clocks_apart_s(period_s), saturated=False, **late),
             "limit": self._limits[joint].differs,
         }  # fmt: skip
         return table.get(key, by_gain)
@@ -160,11 +163,11 @@ class ChainPlant(JointEfforts):
         for key in keys:
             if key.startswith(DRIVEN):
                 column, joint = self._place(key)
-                size = sizes[f"{key}.{JOINT_EFFECTS[column].parameter}"]
                 if column == "lag":
-                    made += self._since(joint, size)
+                    late = (sizes.get(f"{key}.{name}", 0.0) for name in ("dead_time", "time"))
+                    made += self._since(joint, *late)
                 elif joint in self._limits:
-                    made += self._limits[joint].kept_back(size)
+                    made += self._limits[joint].kept_back(sizes[f"{key}.limit"])
         return made
 
     @cached_property
@@ -200,14 +203,13 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _acting(self) -> dict[str, Columns]:
         """Efforts (n, k) of all that acts at a joint or at the last link."""
-        change = self._low_passed(self.moved.change)
         tops = np.array([one.top_speed for one in self.moved.passed])
-        brisk = np.sqrt(np.maximum(self._usually(change**2), 1e-300))
+        brisk = np.sqrt(np.maximum(self._usually(self._change**2), 1e-300))
         tables = {
             "dry": (self._direction, self.sizes),
             "viscous": (self._speed, self.sizes / tops),
-            "rotor": (change, self.sizes / brisk),
-            "offset": (np.ones_like(change), self.sizes),
+            "rotor": (self._change, self.sizes / brisk),
+            "offset": (np.ones_like(self._change), self.sizes),
         }
         return {
             f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
@@ -295,10 +297,10 @@ class ChainPlant(JointEfforts):
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
-        if key.startswith(DRIVEN):
-            return [Shown(name, unit, lambda v: v[name], one.nothing)]
-        gain = f"gain {self.joints[joint]}.scale"
-        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), kept)]
+        if column == "lag":
+            return DELAY
+        gain, nothing = f"gain {self.joints[joint]}.scale", kept or one.nothing
+        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), nothing)]
         if one.besides:
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))

@@ -15,6 +15,13 @@ from deltactl.diagnosis.plants.regression import Columns, Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 
+def late_sizes(spread_s: float, period_s: float) -> tuple[Size, ...]:
+    """Time constant and dead time of a drive, each shorter than any that something follows."""
+    longest_s, names = LONE.longest_lag_s, ("time", "dead_time")
+    ends, within = (0.0, longest_s), (-np.inf, longest_s)
+    return tuple(Size(n, "half", spread_s, *ends, 0.05 * period_s, within=within) for n in names)
+
+
 class LateDrive:
     """Forces as an effort shows them whose motion comes late: ahead of the motion.
 

@@ -8,7 +8,7 @@ Technol. 21, 428-444).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -39,7 +39,7 @@ from deltactl.diagnosis.plants.lone.clear_motion import (
     rests_of,
     rows_apart,
 )
-from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive
+from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive, late_sizes
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise, between_samples
 from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
@@ -49,7 +49,6 @@ from deltactl.diagnosis.plants.regression import (
     Draws,
     Regressor,
     Shown,
-    Size,
     Sizes,
     instead,
     named,
@@ -197,17 +196,13 @@ class ForcedAxis(LeftOver):
             ),
         ]  # fmt: skip
         if not self.let_go:
-            step_s, longest_s = 0.05 * self.readings.period_s, LONE.longest_lag_s
-            late = [
-                Size(name, "half", LONE.lag_spread_s, 0.0, longest_s, step_s)
-                for name in ("time", "dead_time")
-            ]
+            late = late_sizes(LONE.lag_spread_s, self.readings.period_s)
             found += [
                 named("effort/offset", equivalents=instead("effort/offset"), measured_by=GAIN),
                 named("effort/gain", as_built=FORCED_AXIS.as_stated, above=-1.0),
                 named("effort/spring", follows=("position",)),
                 named(
-                    "effort/lag", sizes=tuple(late), alone=False, takes_over="late",
+                    "effort/lag", sizes=late, alone=False, takes_over="late",
                     as_built=EVIDENCE.tolerated * clocks_apart_s(self.readings.period_s),
                     equivalents=instead("effort/lag"), starts=STARTS_S,
                 ),
@@ -340,12 +335,3 @@ class ForcedAxis(LeftOver):
             ],
         }
         return table.get(key, [])
-
-    def impossible(
-        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
-    ) -> bool:
-        """Sizes at a bound of their regressor, a lag of no time or too long."""
-        longest_s = LONE.longest_lag_s
-        if "lag" in keys and not 0.0 < sizes["lag.time"] + sizes["lag.dead_time"] < longest_s:
-            return True
-        return super().impossible(keys, sizes, linear)
