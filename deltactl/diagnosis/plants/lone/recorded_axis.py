@@ -298,7 +298,11 @@ def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
 
 
 def _thinned(recording: FlatRecording) -> FlatRecording:
-    """Every so many rows, as long as they show how late a drive is; beyond that, stretches."""
+    """Every so many rows, as long as they show how late a drive is; beyond that, stretches.
+
+    Rows that are further apart never showed it.
+    """
     most = COMMANDED_AXIS.most_followed_samples
+    every = max(-(-len(recording) // most), 1)
     near = int(LONE.lag_spread_s / (COMMANDED_AXIS.rows_a_lag * recording.period_s()))
-    return excerpt(recording, most, max(min(near, -(-len(recording) // most)), 1), OBSERVED)
+    return excerpt(recording, most, min(every, near) if near else every, OBSERVED)
