@@ -11,7 +11,6 @@ from deltactl.diagnosis.admission.excerpt import most_rows, thinned
 from deltactl.diagnosis.answer.assembly import known_of
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.estimation.side_by_side import only_here
-from deltactl.diagnosis.observations.excerpt import excerpt
 from deltactl.diagnosis.pipelines.by_machine import diagnosed
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.in_words import in_words
@@ -25,6 +24,7 @@ from deltactl.foundation.strict_yaml import Document
 from deltactl.models.effects.units_in_use import said_in
 from deltactl.models.robot import RobotModel
 from deltactl.models.robot_files import with_effects_in
+from deltactl.recording.tables.excerpt import excerpt
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import read_flat
 
@@ -42,7 +42,7 @@ def diagnose(
 
     robot: its file, or one that was read already.
     `read` turns a file into columns, for tables of others (`observations.column_mapping`). Of
-    recordings too long to be worked on stretches are used (`observations.excerpt`).
+    recordings too long to be worked on stretches are used (`recording.tables.excerpt`).
     thorough: go on beyond the limit of work (`estimation.budget`).
     A damaged file of several is left out, which the answer says; `recordings` are the others.
     Raises ConfigError, MissingFile or RecordingError, one line each.

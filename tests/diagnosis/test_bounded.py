@@ -18,12 +18,11 @@ from deltactl.diagnosis.admission.arm_columns import check_steps
 from deltactl.diagnosis.admission.excerpt import excerpts, thinned
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.api import diagnose, diagnose_recordings
-from deltactl.diagnosis.observations.excerpt import excerpt
-from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.screen import sentences
 from deltactl.foundation.errors import RecordingError
 from deltactl.models.robot import DeltaRobot, ServoAxis
+from deltactl.recording.tables.excerpt import STRETCHES, excerpt
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import read_flat, write_flat
 
@@ -104,11 +103,11 @@ def test_an_excerpt_is_stretches_of_it(rows: int, most: int) -> None:
         assert kept is whole
         return
     assert kept.taken_from == rows
-    assert len(kept) > 0.9 * most - OBSERVATIONS.stretches
+    assert len(kept) > 0.9 * most - STRETCHES
     np.testing.assert_array_equal(kept.t_s, whole.t_s[kept.columns["position"].astype(int)])
     # In every tenth of the recording there is something of it.
-    tenths = np.unique((kept.columns["position"] * OBSERVATIONS.stretches / rows).astype(int))
-    assert len(tenths) == OBSERVATIONS.stretches
+    tenths = np.unique((kept.columns["position"] * STRETCHES / rows).astype(int))
+    assert len(tenths) == STRETCHES
 
 
 def test_stretches_are_those_in_which_something_moves() -> None:
@@ -121,7 +120,7 @@ def test_stretches_are_those_in_which_something_moves() -> None:
 
 def test_each_stretch_starts_afresh() -> None:
     kept = excerpt(ramp(50_000), 5000)
-    assert len(kept.stretches()) == OBSERVATIONS.stretches
+    assert len(kept.stretches()) == STRETCHES
     assert thinned([ramp(10), kept])[0].model_dump() == {
         "recording": 2, "rows_used": 5000, "rows": 50_000, "stretches": 10,
         "span_s": pytest.approx(kept.t_s[-1] - kept.t_s[0]),

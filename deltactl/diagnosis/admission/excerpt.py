@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import refuse
 from deltactl.diagnosis.answer.records import Thinned
-from deltactl.diagnosis.observations.excerpt import excerpt
 from deltactl.models.robot import DeltaRobot, RangeSensor, RobotModel
 from deltactl.models.servo_drive import ServoDrive
+from deltactl.recording.tables.excerpt import excerpt
 from deltactl.recording.tables.flat import FlatRecording
 
 

@@ -15,10 +15,6 @@ class ObservationOptions:
     between_recordings_s: float = 60.0
     """Put between recordings that are laid end to end. How long the machine really paused is not
     known; nothing but its warmth lasts as long."""
-    stretches: int = 10
-    """Of a long recording, one in each tenth: what changes over hours shows in their order."""
-    led_in: float = 0.2
-    """Share of a stretch's rows that lead a command to it: some moves, at ten times the period."""
     furthest_own_s: float = 0.5
     """A range's own time further from that of its row is no time of that row."""
 

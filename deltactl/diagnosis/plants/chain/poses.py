@@ -47,6 +47,8 @@ ANYWHERE = 1.0
 """Prior spread [m, rad] of placements, which have been found already."""
 EXACT = 1e-9
 """Change of the waves a turn with their phase, of waves whose number is known."""
+SHORTEST_RAD = 1e-3
+"""Range of a joint that is none."""
 
 
 class PosePlant(RegressionPlant):
@@ -228,7 +230,7 @@ class PosePlant(RegressionPlant):
         whole = WHOLE_WAVES.get(stem)
         waves = whole or self.may_be.waves[joint][0]
         q = self.poses.at[:, self.joints.index(joint)]
-        apart = EXACT if whole else float(np.sqrt(12.0) / np.ptp(q))
+        apart = EXACT if whole else float(np.sqrt(12.0)) / max(float(np.ptp(q)), SHORTEST_RAD)
 
         def period(v: Draws) -> FloatArray:
             wave = np.asarray(v["0"]) + 1j * np.asarray(v["1"])

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import median_filter
 
-from deltactl.diagnosis.observations.excerpt import excerpt
 from deltactl.diagnosis.observations.inverse_dynamics import white_noise
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.outliers import begun_in_motion, without_gross
@@ -39,6 +38,7 @@ from deltactl.models.effects.speed_limit import rate_limited
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import lagged
 from deltactl.recording.column_measures import first_of, step_of
+from deltactl.recording.tables.excerpt import excerpt
 from deltactl.recording.tables.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")

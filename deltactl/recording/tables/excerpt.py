@@ -12,10 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from deltactl.diagnosis.observations.options import OBSERVATIONS
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.recording.reading.run import FloatArray
+from deltactl.recording.tables.cells import IntArray
 from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 
+STRETCHES = 10
+"""One in each tenth: what changes over hours shows in their order."""
+LED_IN = 0.2
+"""Share of a stretch's rows that lead a command to it: some moves, at ten times the period."""
 APART = int(GAP_PERIODS) + 1
 """Rows between two stretches, so that each is one."""
 MOVES = ("steps_", "command", "theta_", "position", "distance")
@@ -32,8 +36,8 @@ def excerpt(
     rows = recording.rows(slice(None, None, every)) if every > 1 else recording
     if len(rows) <= most:
         return rows
-    length = most // OBSERVATIONS.stretches
-    leading = int(OBSERVATIONS.led_in * length) if led_in else 0
+    length = most // STRETCHES
+    leading = int(LED_IN * length) if led_in else 0
     chosen, lead = _chosen(rows, length - leading, leading)
     kept = rows.rows(chosen)
     blank = np.isin(chosen, lead)
@@ -48,7 +52,7 @@ def _chosen(recording: FlatRecording, length: int, leading: int) -> tuple[IntArr
     """Rows of the stretches, with a gap between each and the next, and those that lead to them."""
     count, apart = len(recording), int(GAP_PERIODS) // 2
     moved = np.concatenate([[0.0], np.cumsum(_moving(recording))])
-    edges = np.linspace(0, count, OBSERVATIONS.stretches + 1).astype(int)
+    edges = np.linspace(0, count, STRETCHES + 1).astype(int)
     found, leads, free = [], [], 0
     for begin, end in itertools.pairwise(edges.tolist()):
         first = np.arange(begin, max(begin + 1, end - length - APART))
