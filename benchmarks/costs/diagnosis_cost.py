@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import gzip
+import json
 import os
 import shutil
 import subprocess
@@ -33,6 +34,7 @@ LENGTH_S = 240.0
 LIMIT_S, LIMIT_MB = 10.0, 500.0
 DAY_MB = 2048.0
 PERIOD_S, TILE_S = 0.02, 600.0
+LATE_S, NOISE_DEG = 0.04, 0.06
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 LOOK_S = 0.25
 
@@ -79,13 +81,50 @@ def day(seed: int, hours: float) -> Cost:
         return _diagnosed(Path(folder), (), ())
 
 
+def day_of_an_axis(seed: int, hours: float) -> tuple[Cost, str]:
+    """A day of a servo axis at 50 Hz that is 40 ms late, as a table of others, and its answer."""
+    rng = np.random.default_rng(seed)
+    t_s = PERIOD_S * np.arange(round(hours * 3600.0 / PERIOD_S))
+    moves = len(t_s) // 50 + 2
+    took_s, rest_s = rng.uniform(0.6, 2.0, moves), rng.uniform(0.2, 3.0, moves)
+    begins = np.cumsum(took_s + rest_s) - took_s
+    moments = np.stack([begins, begins + took_s], axis=1).ravel()
+    places = np.repeat(rng.uniform(-60.0, 60.0, moves + 1), 2)[1:-1]
+    command = np.interp(t_s, moments, places)
+    late = np.interp(t_s - LATE_S, moments, places) + NOISE_DEG * rng.standard_normal(len(t_s))
+    with tempfile.TemporaryDirectory(prefix="cost-") as folder:
+        table = Path(folder) / "day.csv"
+        rows = np.column_stack([t_s, command, late])
+        heading = "t,command[deg],theta[deg]"
+        np.savetxt(table, rows, "%.3f", ",", header=heading, comments="")
+        robot = Path(folder) / "axis.yaml"
+        robot.write_text("kind: servo_axis\nname: day\nmotion: rotary\nzero: absolute\n")
+        said = Path(folder) / "answer.json"
+        took = _run(["diagnose", str(table), "--robot", str(robot), "--json", str(said)])
+        answer = json.loads(said.read_text()) if took.status == 0 else {"findings": [], "fit": {}}
+    found = [
+        f"{one['effect']} {1e3 * one['parameters']['total']['value']:.1f} ms"
+        if "total" in one["parameters"]
+        else one["effect"]
+        for one in answer["findings"]
+    ]
+    left_deg = np.rad2deg(answer["fit"].get("rms_after_m", np.nan))
+    return took, f"{', '.join(found) or 'no finding'}; {left_deg:.4f} degrees left of {NOISE_DEG:g}"
+
+
 def _diagnosed(folder: Path, more: Sequence[str], held_out: Sequence[str] = (HOLDOUT,)) -> Cost:
-    command = [sys.executable, "-m", "deltactl.cli.main", "diagnose", str(folder / RECORDING)]
     options = ["--robot", str(folder / ROBOT_FILE)]
     options += [word for name in held_out for word in ("--holdout", str(folder / name))]
+    return _run(["diagnose", str(folder / RECORDING), *options, *more])
+
+
+def _run(words: Sequence[str]) -> Cost:
+    """A command in a process of its own, and what it took."""
     begun_s = time.monotonic()
     process = subprocess.Popen(
-        [*command, *options, *more], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, "-m", "deltactl.cli.main", *words],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     most_mb = 0.0
     while True:
@@ -124,10 +163,15 @@ def main() -> int:
     parser.add_argument("--group", choices=COUNTS, action="append", help="only these")
     parser.add_argument("--thorough", action="store_true", help="without the limit of work")
     parser.add_argument("--day", action="store_true", help="a recording of a day instead")
+    parser.add_argument("--axis", action="store_true", help="of a servo axis that is 40 ms late")
     parser.add_argument("--hours", type=float, default=24.0, help="of that day")
     options = parser.parse_args()
     if options.day:
-        took = day(options.seed, options.hours)
+        if options.axis:
+            took, answer = day_of_an_axis(options.seed, options.hours)
+            print(answer)
+        else:
+            took = day(options.seed, options.hours)
         print(
             f"{options.hours:g} h at 50 Hz: {took.wall_s:.1f} s, {took.used_s:.1f} s of processor"
         )

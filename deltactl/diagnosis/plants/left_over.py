@@ -32,6 +32,8 @@ class Way:
     """What it grows with besides, (n,)."""
     given: FloatArray | None = None
     """Its shapes (n, k), where they are no splines."""
+    gives_way: bool = True
+    """Whether it gives way to the shapes of a chosen set too."""
     acts: BoolArray | None = None
     """Rows (n,) on which it acts; all where None."""
     as_built: float = 0.0
@@ -142,8 +144,9 @@ class LeftOver(RegressionPlant):
             if mapped:
                 at = self.places(mapped.keys, mapped.sizes)
                 way = replace(way, along=at, pieces=mapped.repeats.cells)
+            beside = [self.beside] if way.gives_way else []
             own = self.spanned(name) if way.named is None else way.named
-            named = np.concatenate([own, self.beside], axis=1)
+            named = np.concatenate([own, *beside], axis=1)
             shapes = way.shapes(named, self.rows)
             count = shapes.shape[1]
             size = self.spread_of(name, count)

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.axis_regressors import (
@@ -101,12 +102,26 @@ class CommandedAxis(RecordedAxis, LeftOver):
         found = super().ways()
         if "time" in found:
             found["time"] = replace(found["time"], named=self._named[:, [0, 1]])
+        if "acceleration" in found:
+            found["acceleration"] = self._accelerated(found["acceleration"])
         if "direction" in found:
             at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
             powers = np.stack([np.ones_like(at), at, at**2], axis=1)
             given = self.direction[:, None] * powers
             found["direction"] = replace(found["direction"], given=given)
         return found
+
+    def _accelerated(self, way: Way) -> Way:
+        """No named effect is a function of it, and a motion back and forth accelerates against its
+        place: there it may be a ratio as well. A straight line between two rows is off by an eighth
+        of the square of their time apart, and a delay by half of its own square, by whether it is
+        dead time or a time constant.
+        """
+        usual = float(np.sqrt(np.mean(way.along[self.rows] ** 2)))
+        apart = EVIDENCE.tolerated * self.readings.period_s**2 / 8.0
+        off = usual * (apart + 0.5 * max(self._late_s, 0.0) ** 2)
+        others = self._named[:, [0, *range(2, self._named.shape[1])]]
+        return replace(way, gives_way=False, as_built=off, named=others)
 
     @cached_property
     def _named(self) -> FloatArray:
