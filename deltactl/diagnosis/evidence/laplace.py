@@ -93,7 +93,7 @@ class Laplace:
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products = Products()
-        self._target = Target(np.zeros(0), np.zeros(0))
+        self._targets: dict[int, Target] = {}
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -150,15 +150,16 @@ class Laplace:
         What is new joins one regressor after another, in the plant's order: after each, the
         cheapest few go on (a beam search). All combinations would be thousands.
         """
-        left = self.plant.observed - self.plant.base(frozenset(), {})
-        points: list[Point] = [{}]
-        if part is not None:
-            left, points = part.residual, [dict(part.sizes)]
+        points: list[Point] = [{} if part is None else dict(part.sizes)]
         new = [
             key
             for key in self.by_key
             if key in keys and self.by_key[key].sizes and (part is None or key not in part.keys)
         ]
+        if not new:
+            return points[0]
+        nominal = self.plant.base(frozenset(), {})
+        left = self.plant.observed - nominal if part is None else part.residual
         for number, key in enumerate(new):
             starts = self._with_none_of_it(key, self.plant.starts(key, left))
             points = [{**point, **start} for point in points for start in starts]
@@ -255,10 +256,15 @@ class Laplace:
 
     def _whitened(self, keys: frozenset[str], point: Point) -> tuple[Target, list[Block]]:
         base = self.plant.base(keys, point)
-        if base is not self._target.base:  # most sets share one
-            self._target = Target(base, self.noise.whiten(self.plant.observed - base))
+        target = self._targets.get(id(base))  # most sets share one, or one of a few
+        if target is None:
+            target = Target(base, self.noise.whiten(self.plant.observed - base))
+            self._targets = {**self._last_targets(), id(base): target}
         columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
-        return self._target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+        return target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+
+    def _last_targets(self) -> dict[int, Target]:
+        return dict(list(self._targets.items())[1 - EVIDENCE.targets_kept :])
 
     def _block(self, key: str, columns: Columns) -> Block:
         """Whitened columns times their spreads; kept, since most are the same at every point."""

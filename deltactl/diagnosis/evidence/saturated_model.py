@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import LinAlgError, eigh, lu_factor, lu_solve
@@ -24,8 +25,19 @@ from deltactl.diagnosis.estimation.noise import (
 )
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
 from deltactl.diagnosis.score_tests.library import Library
+
+
+class SaturatedFit(Protocol):
+    """A fit of many columns at once."""
+
+    is_cut: bool
+    readings: Readings
+
+    def __call__(self, residual: FloatArray) -> FloatArray:
+        """What it explains of residuals, (n, channels) or (n, channels, k)."""
+        ...
 
 
 class Saturated:
@@ -39,7 +51,7 @@ class Saturated:
     def __init__(self, library: Library, fitter: Fitter):
         gram = library.gram()
         self.library = library
-        self.fitter = fitter
+        self.fitter, self.readings = fitter, fitter.model.readings
         self.scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
         matrix = gram / np.outer(self.scale, self.scale) + EVIDENCE.ridge * np.eye(len(gram))
         directions = library.white.shape[0] // EVIDENCE.readings_a_column
@@ -76,7 +88,7 @@ def _of_largest(matrix: FloatArray, count: int) -> Callable[[FloatArray], FloatA
     return solve
 
 
-def given_back(fit: Saturated, left: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
+def given_back(fit: SaturatedFit, left: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
     """The noise of which a fit leaves what was seen, by its memory and its spread.
 
     left: what was estimated from the residual of the fit. Also how many times larger than what is
@@ -131,9 +143,9 @@ def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> Channe
     return replace(noise, phi=noise.phi - total / AR_ORDER)
 
 
-def _before_the_fit(fit: Saturated, left: Whitener, noise: Whitener, valid: BoolArray) -> _Before:
+def _before_the_fit(fit: SaturatedFit, left: Whitener, noise: Whitener, valid: BoolArray) -> _Before:
     """What is left, with what the fit takes from draws of a noise given back to it."""
-    readings = fit.fitter.model.readings
+    readings = fit.readings
     rng = np.random.default_rng(EVIDENCE.noise_seed)
     draws = EVIDENCE.noise_draws
     drawn = np.stack([noise.drawn(rng, len(readings.t_s)) for _ in range(draws)], axis=2)

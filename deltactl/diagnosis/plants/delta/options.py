@@ -26,6 +26,22 @@ class DeltaFitOptions:
     """and what takes so many times as long drifts straight on."""
     shortest_period_rad: float = 1e-2
     """Shortest period of a periodic error where the arms hardly move."""
+
+    # Fits near a point.
+    starts_beside: int = 2
+    """Starts from which an effect is fitted by itself, and"""
+    steps_beside: int = 4
+    """Gauss-Newton steps of each; a set is fitted to its end later."""
+    worth: float = 9.0
+    """Chi-square that a start must gain before it is fitted: three standard deviations."""
+    least_size: float = 0.03
+    """Share of its usual size with which an effect is looked at that fits best without any."""
+    little_beside: float = 1.0
+    """Chi-square of a step that ends such a fit,"""
+    little: float = 0.05
+    """and the fit of a set."""
+    most_steps: int = 12
+    """Steps at which the fit of a set is given up."""
     # Poses that a machine a little off its file may not reach.
     most_fragile: float = 0.2
     """More than this share is not left out: then the file is wrong, or the motion is all there."""
