@@ -130,6 +130,10 @@ class PenaltyOptions:
     spline term fits many things a little."""
     within: float = 2.0
     """Usual spreads within which an error is no fault by itself."""
+    care: tuple[float, ...] = (1.0 / 60.0, 0.2, 1.0)
+    """Shares of the usual tolerances that building may leave, of which the evidence decides,"""
+    careless: float = -2.0
+    """and the log odds of each but the first: most machines are built as their file says."""
     most_careful: float = 1.0 / 60.0
     """Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,
     0.01 mm in an arm, 0.03 mrad at a home."""

@@ -31,6 +31,8 @@ class SelectionOptions:
     most_of_map: float = 0.5
     """Share of what repeats with the position that a wave must make up to be named beside a map:
     of a rough surface the largest wave has a tenth to a third, of a gear nearly all."""
+    points: int = 5
+    """Points near which effects are chosen, where the model is linear only near one."""
     better_by: float = 1e-6
     """Log evidence that a move must add: less is rounding."""
     nearly_best: float = 2.0

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.linalg import cho_solve, solve_triangular
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
@@ -30,7 +31,16 @@ class Absorbed:
 
     def share(self, white: FloatArray) -> FloatArray:
         """In directions whose squares are what is taken, (p, ...)."""
-        found: FloatArray = np.linalg.solve(self._root, self._columns.T @ white)
+        return self.root_of(self._columns.T @ white)
+
+    def root_of(self, along: FloatArray) -> FloatArray:
+        """The same of scalar products with the columns, (p, ...)."""
+        found: FloatArray = solve_triangular(self._root, along, lower=True)
+        return found
+
+    def sizes(self, white: FloatArray) -> FloatArray:
+        """Of the columns, (p, ...)."""
+        found: FloatArray = cho_solve((self._root, True), self._columns.T @ white)
         return found
 
 

@@ -7,9 +7,8 @@ columns are made anew.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +18,7 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, with
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.beside_point import BesidePoint, Starts
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
+from deltactl.diagnosis.plants.delta.jumps import jumps
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
     ChannelsNoise,
@@ -31,7 +31,6 @@ from deltactl.diagnosis.plants.delta.point import (
     end_to_end,
     is_straight,
     key_of,
-    nothing,
     side_by_side,
 )
 from deltactl.diagnosis.plants.nuisance import Nuisance
@@ -113,9 +112,11 @@ class DeltaPlant(RegressionPlant):
         self.at_work = {key_of(term.candidate): term for term in terms}
         left = self.observed - self.around.predicted
         self._first = noise or fast_noise(self.readings, recorded.valid, left)
-        self.near = self._near(self._first, left, beside or {})
+        white = self._always(self._first)
+        self.candidates = self._with_jumps(left, white)
+        self.near = self._near(left, white, beside or {})
         self.noise = self._noise(left)
-        self.regressors = tuple(self._regressor(key) for key in recorded.candidates)
+        self.regressors = tuple(self._regressor(key) for key in self.candidates)
 
     @cached_property
     def t_s(self) -> FloatArray:
@@ -128,18 +129,34 @@ class DeltaPlant(RegressionPlant):
         own = np.cumsum(self.readings.fresh)
         return np.concatenate([own + k * (own[-1] + 1) for k in range(self.count)]).astype(np.intp)
 
+    @cached_property
+    def _acting(self) -> dict[str, Near]:
+        """What is at work, in its derivatives."""
+        around = self.around
+        return {
+            key: Near(term, around.slopes(term, around.predicted), None)
+            for key, term in self.at_work.items()
+        }
+
+    def _always(self, noise: ChannelsNoise) -> FloatArray:
+        """Whitened columns (m, p) of tolerances and of what is at work, in their spreads."""
+        parts = [self._free, *(near.columns(True) for near in self._acting.values())]
+        every = [part.values * part.spread for part in parts]
+        return noise.whiten(np.concatenate(every, axis=1))
+
+    def _with_jumps(self, left: FloatArray, white: FloatArray) -> dict[str, Candidate]:
+        """All candidates, with a jump of each joint at its best moment, and those at work."""
+        found = jumps(self.recorded.model, self._first, left, white)
+        scanned = {key_of(one): one for one in found.values()}
+        acting = {key: term.candidate for key, term in self.at_work.items()}
+        return {**self.recorded.candidates, **scanned, **acting}
+
     def _near(
-        self, noise: ChannelsNoise, left: FloatArray, before: Mapping[str, Near]
+        self, left: FloatArray, white: FloatArray, before: Mapping[str, Near]
     ) -> dict[str, Near]:
-        found: dict[str, Near] = {}
-        for key, term in self.at_work.items():
-            found[key] = Near(term, self.around.slopes(term, self.around.predicted), None)
-        free = self.free()
-        parts = [free.values * free.spread]
-        parts += [near.columns(True).values * near.columns(True).spread for near in found.values()]
-        white = noise.whiten(np.concatenate(parts, axis=1))
-        beside = BesidePoint(self.around, noise, left, white)
-        for key, candidate in self.recorded.candidates.items():
+        found = dict(self._acting)
+        beside = BesidePoint(self.around, self._first, left, white)
+        for key, candidate in self.candidates.items():
             if key not in found:
                 found[key] = beside.near(candidate, self.recorded.starts, before)
         return found
@@ -152,7 +169,7 @@ class DeltaPlant(RegressionPlant):
         return saturated_noise(self.readings, valid, left, every, self._first)
 
     def _regressor(self, key: str) -> Regressor:
-        candidate = self.recorded.candidates[key]
+        candidate = self.candidates[key]
         odds = -0.5 * odds_cost(candidate) + self.near[key].heavy_tail
         takes_over = key if card_of(candidate.effect).build_spread is not None else ""
         places = None if is_straight(candidate) else float(len(candidate.shapes))
@@ -202,14 +219,28 @@ class DeltaPlant(RegressionPlant):
             for key in sorted(explanation.keys)
         ]
 
-    def moved_to(self, explanation: Explanation, noise: ChannelsNoise) -> DeltaPlant:
+    @property
+    def point(self) -> frozenset[str]:
+        """What is at work at the point."""
+        return frozenset(self.at_work)
+
+    def built(self) -> list[tuple[float, DeltaPlant]]:
+        """The same as if it had been built with other care, each with its log prior odds."""
+        found = []
+        for care in PENALTIES.care:
+            other = copy(self)
+            other.careful = care
+            other.__dict__.pop("_free", None)
+            odds = 0.0 if care == PENALTIES.most_careful else PENALTIES.careless
+            found.append((odds, self if care == self.careful else other))
+        return found
+
+    def moved_to(self, explanation: Explanation) -> DeltaPlant:
         """The same near a set that was fitted to its end from what was found here."""
+        noise = self.noise
         free = self._free
         taken = {r.takes_over for r in self.regressors if r.key in explanation.keys} - {""}
         kept = np.array([name not in taken for name in free.names], dtype=bool)
         white = noise.whiten(free.values[:, kept] * free.spread[kept])
         terms = fitted_to_end(self.around, self.observed, noise, white, self.terms_of(explanation))
         return DeltaPlant(self.recorded, terms, noise, self.near, self.careful)
-
-
-__all__ = ["DeltaPlant", "Recorded", "math", "nothing", "replace"]
