@@ -322,6 +322,7 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
+        volume += self._charged(theta, known, blocks)
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -332,6 +333,19 @@ class Laplace:
             spreads=np.concatenate([spreads, [size.spread for _, size in moved]]),
             target=target.white, theta=theta,
         )  # fmt: skip
+
+    def _charged(self, theta: FloatArray, known: FloatArray, blocks: Sequence[Block]) -> float:
+        """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald)."""
+        if not self.plant.messy or len(blocks) < 2:
+            return 0.0
+        covariance, first, gains = np.linalg.inv(known), 0, {}
+        for key, shape in blocks:
+            part = slice(first, first + shape.shape[1])
+            first = part.stop
+            if key:
+                own = np.linalg.inv(covariance[part, part])
+                gains[key] = float(theta[part] @ own @ theta[part])
+        return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""

@@ -200,6 +200,8 @@ class RegressionPlant:
     """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
     rounding = 0.0
     """Standard deviation of the rounding of a reading, in `unit`."""
+    messy = False
+    """Whether effects may leave some of the shapes of others, see `charged`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
@@ -329,6 +331,10 @@ class RegressionPlant:
             if any(not low < value < high for (low, high), value in each):
                 return True
         return False
+
+    def charged(self, gains: Mapping[str, float]) -> float:
+        """Chi-square of a set that is no evidence for it; gains: what each regressor adds."""
+        return 0.0
 
     def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
         """Rows (n,) that the prediction leaves no noise of, as it takes them from what was read."""

@@ -37,6 +37,7 @@ from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
+from deltactl.diagnosis.score_tests.change_points import without_stale
 from deltactl.models.effects import card_of
 
 
@@ -48,7 +49,8 @@ class Recorded:
         self.observed = end_to_end(np.nan_to_num(readings.values))
         self.nominal = Around(model, ())
         left = side_by_side(self.observed - self.nominal.predicted, len(readings.names))
-        self.valid: BoolArray = without_outliers(left, readings.valid)
+        kept, self.stale = without_stale(model)
+        self.valid: BoolArray = without_outliers(left, kept)
         self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
         self.starts = Starts(self.nominal, model.candidates)
 
@@ -90,6 +92,7 @@ class DeltaPlant(RegressionPlant):
     """A delta near a point."""
 
     averages = True
+    messy = True
 
     def __init__(
         self,
@@ -211,6 +214,24 @@ class DeltaPlant(RegressionPlant):
     @cached_property
     def _columns(self) -> dict[str, Columns]:
         return {key: near.columns(key in self.at_work) for key, near in self.near.items()}
+
+    def charged(self, gains: Mapping[str, float]) -> float:
+        """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
+
+        gains: what each adds to the fit. A bearing, a spring or a stop is messier than any operator
+        with two numbers (`Discrepancy`).
+        """
+        total = 0.0
+        for key, gain in gains.items():
+            new = self.candidates[key].kind
+            left = 0.0
+            for other, larger in gains.items():
+                if larger > gain:
+                    own = self.candidates[other].kind.discrepancy
+                    usual = own.in_pose if new.pose_alone else own.elsewhere
+                    left += own.leads_to.get(new.name, usual) * larger
+            total += min(left, gain)
+        return total
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
         """A set with the sizes that a linear fit has found."""
