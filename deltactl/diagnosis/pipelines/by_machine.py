@@ -18,11 +18,10 @@ from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.next_motion import next_motion
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
 from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
-from deltactl.diagnosis.plants.delta.next_runs import next_runs
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant, Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
@@ -68,8 +67,15 @@ def _delta(
     limits: MotionLimits | None,
     thorough: bool,
 ) -> Diagnosis:
-    runs = partial(next_runs, machine.model, limits)
-    return diagnose_model(machine.model, rad_per_step, machine.held_out, progress, runs, thorough)
+    plant = DeltaPlant(Recorded(machine.model))
+    others = [DeltaPlant(Recorded(one)) for one in machine.held_out]
+    answer = diagnose_plant(plant, others, progress)
+    names = machine.model.readings.names
+
+    def apart(column: FloatArray) -> FloatArray:
+        return column.reshape(len(names), -1).T
+
+    return _apart(answer, apart, machine.model.readings.t_s, names=names)
 
 
 def _answered(

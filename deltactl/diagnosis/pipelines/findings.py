@@ -38,7 +38,8 @@ from deltactl.diagnosis.observations.readings import (
 from deltactl.diagnosis.pipelines.options import UNKNOWN
 from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.priors.tolerances import within_tolerance
-from deltactl.diagnosis.score_tests.change_points import Stale, moment
+from deltactl.diagnosis.observations.stale_readings import Stale
+from deltactl.diagnosis.score_tests.change_points import moment
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.score_tests.hysteresis import has_memory, tied_drivers
 from deltactl.diagnosis.selection.ambiguity import Standing

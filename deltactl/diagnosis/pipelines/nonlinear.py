@@ -37,8 +37,9 @@ from deltactl.diagnosis.pipelines.findings import Outcome, findings, picture, re
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.next_run import NextRuns
+from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.priors.options import PENALTIES
-from deltactl.diagnosis.score_tests.change_points import without_stale
+from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.selection.model_choice import Explained, explain, final_fit
 from deltactl.models.effects import Search, found_by
 
@@ -92,7 +93,7 @@ def diagnose_model(
     thorough: compare everything, however much work it is.
     """
     progress("noise of the readings")
-    valid, runs = without_stale(model)
+    valid, runs = without_stale(model.readings, traits_of(model).repeating)
     while True:
         budget = Budget() if thorough else Budget.for_rows(len(model.readings.t_s))
         prepared = prepare(model, valid, budget)

@@ -40,10 +40,12 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     rest_of,
 )
 from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
+from deltactl.diagnosis.pipelines.repeated_readings import repeated
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
+from deltactl.diagnosis.selection.near_points import select_near
 from deltactl.models.effects import Trait, has
 
 NextRun = Callable[[Selected], Proposal]
@@ -62,7 +64,8 @@ def diagnose_plant(
     singles: each of several recordings by itself, to say whether they agree. runs: designs the
     next run; without it the words of the effects say what else to record.
     """
-    searched = select(plant, progress)
+    searched = (select if plant.own_noise is None else select_near)(plant, progress)
+    plant = searched.plant
     charged = charge(plant, searched.noise, searched.empty)
     searched = _charged(searched, charged)
     first_p = _first_p(searched, charged)
@@ -94,7 +97,8 @@ class SummedColumns:
     def figures(self) -> Figures:
         """See Settled."""
         rest = self._rest
-        found = findings(self.selected, self.plant.readings, [self.plant.channel])
+        found = findings(self.selected, self.plant.readings)
+        found += repeated(self.plant, self.selected)
         fit = fit_of(self.selected, self.others, rest, self.blocks)
         if self.plant.left_by_known and not seen(rest.p):
             excused = bool(self.searched.best.found and not self.selected.best.found)

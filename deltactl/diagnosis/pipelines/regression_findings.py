@@ -32,11 +32,11 @@ TABLED = {("position",), ("distance",)}
 """What an unknown follows where numbers over it can be subtracted."""
 
 
-def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
+def findings(selected: Selected, readings: Readings) -> list[Finding]:
     """All findings, the one that explains most first."""
     plant, best = selected.plant, selected.best
     by_key = {r.key: r for r in plant.regressors}
-    found = [_finding(selected, by_key[key], readings, axes) for key in sorted(best.found)]
+    found = [_finding(selected, by_key[key], readings) for key in sorted(best.found)]
     return sorted(filter(_likely, found), key=_first)
 
 
@@ -52,9 +52,7 @@ def _first(finding: Finding) -> tuple[bool, float, float]:
     return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
 
 
-def _finding(
-    selected: Selected, regressor: Regressor, readings: Readings, axes: list[str]
-) -> Finding:
+def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Finding:
     best = selected.best
     without = selected.evidence(best.keys - {regressor.key}, [best])
     gain = max(without.chi2 - best.chi2, 0.0)
@@ -63,7 +61,8 @@ def _finding(
     odds = np.exp([0.0, *log_odds])
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
-    made, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    whole, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    made, axes = whole[selected.noise.rows], selected.plant.shown_on(whole)
     alone_m, alone_ci95_m = _alone(selected, made, selected.plant.shown(regressor.key), sized)
     alternatives = [
         Alternative(
@@ -107,12 +106,12 @@ def _share(selected: Selected, without: Explanation) -> float:
 
 
 def _own(selected: Selected, key: str) -> FloatArray:
-    """What one effect of the set makes by itself, in rows that count (m,)."""
+    """What one effect of the set makes by itself, (n,)."""
     plant, best = selected.plant, selected.best
     base = plant.base(best.keys, best.sizes)
     own = base - plant.base(best.keys - {key}, best.sizes)
     own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
-    return np.asarray(own[selected.noise.rows])
+    return own
 
 
 def _own_share(selected: Selected, own: FloatArray) -> float:
@@ -222,6 +221,11 @@ def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: li
 def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
     """Parameters of one regressor at the best set, their intervals over the credible sets."""
     plant, best = selected.plant, selected.best
+    rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
+    covariance = scaled_covariance(best)[np.ix_(rows, rows)]
+    known = plant.parameters(key, best.linear[key], covariance)
+    if known is not None:
+        return known
     shown = plant.shown(key)
     if not shown:
         return {"size_rms": _size_of_unknown(selected, key)}

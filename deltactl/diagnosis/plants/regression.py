@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from deltactl.diagnosis.answer.finding import IN_ALL
+from deltactl.diagnosis.answer.finding import IN_ALL, ParameterResult
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import (
@@ -26,6 +26,7 @@ from deltactl.diagnosis.observations.largest_noise import (
     spectrum,
 )
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings
+from deltactl.diagnosis.observations.stale_readings import Stale
 from deltactl.models.effects import column_of, stand_ins
 
 Sizes = Mapping[str, float]
@@ -204,6 +205,10 @@ class RegressionPlant:
     """Whether effects may leave some of the shapes of others, see `charged`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    own_noise: Any = None
+    """The noise under which a plant that is linear near a point only was made."""
+    stale: Sequence[Stale] = ()
+    """Stretches in which a sensor repeated an old value."""
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     """For each effect that the robot file has from an earlier diagnosis, the share of its power
     that it may leave, and what it does (n,)."""
@@ -313,6 +318,31 @@ class RegressionPlant:
     @property
     def variant(self) -> RegressionPlant | None:
         """The same recording prepared another way that is as good; None where there is one way."""
+        return None
+
+    @property
+    def point(self) -> frozenset[str]:
+        """Regressors at whose sizes the columns were made, where these are not the same everywhere.
+        """
+        return frozenset()
+
+    def built(self) -> Sequence[tuple[float, RegressionPlant]]:
+        """The same as if it had been built with other care, each with its log prior odds."""
+        return [(0.0, self)]
+
+    def moved_to(self, best: Any) -> RegressionPlant:
+        """The same with columns made at the sizes of an explanation, fitted to their end."""
+        return self
+
+    def shown_on(self, change: FloatArray) -> list[str]:
+        """Channels on which a change of the readings (n,) shows."""
+        return [self.channel]
+
+    def parameters(
+        self, key: str, sizes: FloatArray, covariance: FloatArray
+    ) -> dict[str, ParameterResult] | None:
+        """Parameters of the answer by all sizes of a regressor (k,); None where `shown` has them.
+        """
         return None
 
     def adopt(self, trained: Any) -> None:

@@ -1,8 +1,7 @@
-"""Things that happen once: a scan for the moment of a loss, and runs of repeated readings."""
+"""Things that happen once: a scan for the moment of a loss."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +10,6 @@ from deltactl.diagnosis.estimation.change_point_search import told_between
 from deltactl.diagnosis.estimation.change_point_timing import late_of, seen_s
 from deltactl.diagnosis.estimation.estimate import Solution, without
 from deltactl.diagnosis.estimation.least_squares import Fitter
-from deltactl.diagnosis.observations.readings import BoolArray, Readings, long_repeats
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.traits import traits_of
@@ -87,44 +85,3 @@ def moment(fitter: Fitter, solution: Solution, number: int, rad_per_step: float)
                 jump, time_s=jump.time_s - late_s, interval_s=(first_s - late_s, last_s - late_s)
             )
     return None
-
-
-@dataclass(frozen=True, slots=True)
-class Stale:
-    """A stretch [first, last] of rows in which a sensor repeats one number."""
-
-    channel: str
-    first: int
-    last: int
-    log_p: float
-
-
-def stale_runs(readings: Readings, channels: Sequence[str]) -> list[Stale]:
-    """Repeats in some channels, too long for rounding and noise to make by chance."""
-    found: list[Stale] = []
-    for column, name in enumerate(readings.names):
-        if name not in channels:
-            continue
-        values = readings.values[:, column]
-        rate = float(np.mean(np.diff(values) == 0.0))
-        if not 0.0 < rate < 0.6:
-            continue
-        own: list[Stale] = []
-        for first, last in long_repeats(values, SCORE_TESTS.fewest_repeats):
-            log_p = float(np.log(len(values)) + (last - first) * np.log(rate))
-            if log_p < np.log(SCORE_TESTS.chance):
-                own.append(Stale(name, first, last, log_p))
-        held = [values[run.first] for run in own]
-        if len(own) < SCORE_TESTS.many or len(set(held)) > len(own) // 2:
-            found += own  # the same value again and again is the end of a range, not an old value
-    return found
-
-
-def without_stale(model: Model) -> tuple[BoolArray, list[Stale]]:
-    """The mask of valid readings (n, channels) less repeats of old values, and those repeats."""
-    readings = model.readings
-    runs = stale_runs(readings, traits_of(model).repeating)
-    kept = readings.valid.copy()
-    for run in runs:
-        kept[run.first + 1 : run.last + 1, readings.names.index(run.channel)] = False
-    return kept, runs

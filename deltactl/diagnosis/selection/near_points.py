@@ -10,7 +10,16 @@ from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior
+from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.diagnosis.selection.options import SELECTION
+
+
+def select_near(plant: RegressionPlant, progress: Progress) -> Selected:
+    """The chosen explanation of a plant that is linear only near one."""
+    progress("searching for what is missing")
+    plant, evidence, found = chosen(plant, progress)
+    chances = {r.key: found.probability(r.key) for r in plant.regressors}
+    return Selected(plant, evidence, found, chances, found.nothing, found.best, {}, evidence)
 
 
 def chosen(
@@ -26,7 +35,7 @@ def chosen(
             break
         plant = plant.moved_to(found.best)
         visited[found.best.keys] = plant
-    noise = plant.noise
+    noise = plant.own_noise
     each = {keys: Laplace(one, noise)(keys).log_evidence for keys, one in visited.items()}
     best = visited[max(each, key=lambda keys: each[keys])]
     evidence = Laplace(best, noise)
@@ -37,7 +46,7 @@ def _as_built(plant: RegressionPlant) -> tuple[RegressionPlant, Laplace, Posteri
     """The best set under the tolerances that the evidence prefers."""
     tried = []
     for odds, one in plant.built():
-        evidence = Laplace(one, plant.noise)
+        evidence = Laplace(one, plant.own_noise)
         found = HillClimb(evidence).run()
         tried.append((odds + found.best.log_evidence, one, evidence, found))
     return max(tried, key=lambda each: each[0])[1:]

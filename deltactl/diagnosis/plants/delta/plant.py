@@ -13,7 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
+from deltactl.diagnosis.answer.finding import ParameterResult
+from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.assessment.intervals import parameters
+from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.beside_point import BesidePoint, Starts
@@ -28,16 +33,24 @@ from deltactl.diagnosis.plants.delta.noise_of_channels import (
 from deltactl.diagnosis.plants.delta.point import (
     Around,
     Near,
+    coordinate_name,
     end_to_end,
     is_straight,
     key_of,
     side_by_side,
 )
 from deltactl.diagnosis.plants.nuisance import Nuisance
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
+from deltactl.diagnosis.plants.regression import (
+    Columns,
+    Draws,
+    RegressionPlant,
+    Regressor,
+    Shown,
+    Sizes,
+)
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
-from deltactl.diagnosis.score_tests.change_points import without_stale
+from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.models.effects import card_of
 
 
@@ -49,10 +62,14 @@ class Recorded:
         self.observed = end_to_end(np.nan_to_num(readings.values))
         self.nominal = Around(model, ())
         left = side_by_side(self.observed - self.nominal.predicted, len(readings.names))
-        kept, self.stale = without_stale(model)
+        kept, self.stale = without_stale(readings, model.traits.repeating)
         self.valid: BoolArray = without_outliers(left, kept)
         self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
-        self.starts = Starts(self.nominal, model.candidates)
+
+    @cached_property
+    def starts(self) -> Starts:
+        """Scores of the shapes of effects."""
+        return Starts(self.nominal, self.model.candidates)
 
     @cached_property
     def free(self) -> tuple[FloatArray, FloatArray, list[str], int]:
@@ -98,28 +115,48 @@ class DeltaPlant(RegressionPlant):
         self,
         recorded: Recorded,
         terms: Sequence[Term] = (),
-        noise: ChannelsNoise | None = None,
-        beside: Mapping[str, Near] | None = None,
+        before: DeltaPlant | None = None,
         careful: float = PENALTIES.most_careful,
     ):
-        """noise: of an earlier point. beside: best fits there. careful: share of usual tolerances.
+        """terms: at work at the point. before: the same near an earlier point. careful: share of
+        usual tolerances that building has left.
         """
-        self.recorded, self.careful = recorded, careful
+        self.recorded, self.careful, self._before = recorded, careful, before
         model = recorded.model
         self.readings, self.observed = model.readings, recorded.observed
         self.channel, self.unit = self.readings.names[0], self.readings.units[0]
         self.count = len(self.readings.names)
         self.kinds = np.repeat(np.arange(self.count), len(self.readings.t_s))
         self.rows = np.flatnonzero(recorded.valid.T.ravel())
+        self.stale = recorded.stale
         self.around = Around(model, terms)
         self.at_work = {key_of(term.candidate): term for term in terms}
-        left = self.observed - self.around.predicted
-        self._first = noise or fast_noise(self.readings, recorded.valid, left)
-        white = self._always(self._first)
-        self.candidates = self._with_jumps(left, white)
-        self.near = self._near(left, white, beside or {})
-        self.noise = self._noise(left)
-        self.regressors = tuple(self._regressor(key) for key in self.candidates)
+
+    @cached_property
+    def _left(self) -> FloatArray:
+        return self.observed - self.around.predicted
+
+    @cached_property
+    def _first(self) -> ChannelsNoise:
+        """The noise of an earlier point, or what is not smooth in the model error."""
+        if self._before is not None:
+            return self._before.own_noise
+        return fast_noise(self.readings, self.recorded.valid, self._left)
+
+    @cached_property
+    def own_noise(self) -> ChannelsNoise:  # type: ignore[override]
+        """Of what all columns together leave."""
+        columns = [self.recorded.free[0]]
+        columns += [near.columns(key in self.at_work).values for key, near in self.near.items()]
+        every = np.concatenate(columns, axis=1)
+        valid, first = self.recorded.valid, self._first
+        rounds = EVIDENCE.noise_rounds if self._before is None else 1
+        return saturated_noise(self.readings, valid, self._left, every, first, rounds)
+
+    @cached_property
+    def regressors(self) -> tuple[Regressor, ...]:  # type: ignore[override]
+        """One for each effect at each component."""
+        return tuple(self._regressor(key) for key in self.candidates)
 
     @cached_property
     def t_s(self) -> FloatArray:
@@ -147,29 +184,27 @@ class DeltaPlant(RegressionPlant):
         every = [part.values * part.spread for part in parts]
         return noise.whiten(np.concatenate(every, axis=1))
 
-    def _with_jumps(self, left: FloatArray, white: FloatArray) -> dict[str, Candidate]:
-        """All candidates, with a jump of each joint at its best moment, and those at work."""
-        found = jumps(self.recorded.model, self._first, left, white)
+    @cached_property
+    def _white(self) -> FloatArray:
+        return self._always(self._first)
+
+    @cached_property
+    def candidates(self) -> dict[str, Candidate]:
+        """All of them, with a jump of each joint at its best moment, and those at work."""
+        found = jumps(self.recorded.model, self._first, self._left, self._white)
         scanned = {key_of(one): one for one in found.values()}
         acting = {key: term.candidate for key, term in self.at_work.items()}
         return {**self.recorded.candidates, **scanned, **acting}
 
-    def _near(
-        self, left: FloatArray, white: FloatArray, before: Mapping[str, Near]
-    ) -> dict[str, Near]:
-        found = dict(self._acting)
-        beside = BesidePoint(self.around, self._first, left, white)
+    @cached_property
+    def near(self) -> dict[str, Near]:
+        """Each regressor near the point."""
+        found, known = dict(self._acting), self._before.near if self._before else {}
+        beside = BesidePoint(self.around, self._first, self._left, self._white)
         for key, candidate in self.candidates.items():
             if key not in found:
-                found[key] = beside.near(candidate, self.recorded.starts, before)
+                found[key] = beside.near(candidate, self.recorded.starts, known)
         return found
-
-    def _noise(self, left: FloatArray) -> ChannelsNoise:
-        columns = [self.recorded.free[0]]
-        columns += [near.columns(key in self.at_work).values for key, near in self.near.items()]
-        every = np.concatenate(columns, axis=1)
-        valid = self.recorded.valid
-        return saturated_noise(self.readings, valid, left, every, self._first)
 
     def _regressor(self, key: str) -> Regressor:
         candidate = self.candidates[key]
@@ -199,7 +234,7 @@ class DeltaPlant(RegressionPlant):
             terms = [term for key, term in self.at_work.items() if key in acting]
             base = self.around.with_terms(terms)
             for key in acting:
-                base = base - self.near[key].slopes @ self.near[key].away
+                base = base - self._acting[key].slopes @ self._acting[key].away
             self._bases[acting] = base
         return self._bases[acting]
 
@@ -258,10 +293,70 @@ class DeltaPlant(RegressionPlant):
 
     def moved_to(self, explanation: Explanation) -> DeltaPlant:
         """The same near a set that was fitted to its end from what was found here."""
-        noise = self.noise
+        noise = self.own_noise
         free = self._free
         taken = {r.takes_over for r in self.regressors if r.key in explanation.keys} - {""}
         kept = np.array([name not in taken for name in free.names], dtype=bool)
         white = noise.whiten(free.values[:, kept] * free.spread[kept])
         terms = fitted_to_end(self.around, self.observed, noise, white, self.terms_of(explanation))
-        return DeltaPlant(self.recorded, terms, noise, self.near, self.careful)
+        return DeltaPlant(self.recorded, terms, self, self.careful)
+
+    def adopt(self, trained: DeltaPlant) -> None:
+        """Near the point of another recording, less what happened there once."""
+        lasting = {k: t for k, t in trained.at_work.items() if not t.candidate.kind.event}
+        self.at_work, self.careful = lasting, trained.careful
+        self.around = Around(self.recorded.model, list(lasting.values()))
+        self.regressors = trained.regressors
+        nothing_of_it = Columns(np.zeros((len(self.observed), 0)), np.zeros(0), lasts=False)
+        self._columns = dict.fromkeys(trained.near, nothing_of_it)
+        self._columns |= {key: near.columns(True) for key, near in self._acting.items()}
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:  # type: ignore[override]
+        """What a model error may follow, the same for all channels."""
+        every = self.recorded.model.covariates()
+        return {name: np.tile(values, self.count) for name, values in every.items()}
+
+    def shown_on(self, change: FloatArray) -> list[str]:
+        """Channels that show a change (n c,), in standard deviations of their noise."""
+        spread = np.array([one.spread for one in self.own_noise.whitener.channels])
+        power = np.mean((side_by_side(change, self.count) / spread) ** 2, axis=0)
+        order = np.argsort(-power)
+        return [
+            self.readings.names[i]
+            for i in order
+            if power[i] >= ASSESSMENT.share_of_axis * power.sum()
+        ]
+
+    def parameters(
+        self, key: str, sizes: FloatArray, covariance: FloatArray
+    ) -> dict[str, ParameterResult] | None:
+        """Parameters of an effect at work by its coordinates."""
+        if key not in self.at_work:
+            return None
+        term = self._acting[key].moved_by(sizes, True)
+        return parameters(term, covariance)
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """The main parameter, for limits of detection."""
+        candidate = self.candidates[key]
+        main, first = candidate.kind.main, candidate.coordinates[candidate.moved[0]]
+        name = coordinate_name(candidate, candidate.moved[0])
+        if first.parameter != main.name or first.how == "log":
+            return ()
+        at = 0.0 if first.how == "reciprocal" else candidate.kind.nothing
+
+        def of(values: Draws) -> FloatArray:
+            size = values[name] + at
+            return np.asarray(1.0 / size if first.how == "reciprocal" else size)
+
+        return [Shown(main.name, main.unit, of, at)]
+
+    def not_testable(self) -> list[NotTestable]:
+        """Effects that change nothing in this recording."""
+        why = "nothing that was observed depends on it in this recording"
+        return [
+            NotTestable.of(one.effect, one.component, why)
+            for key, one in self.candidates.items()
+            if not np.any(self.near[key].slopes)
+        ]

@@ -63,7 +63,7 @@ class Near:
     def columns(self, at_work: bool) -> Columns:
         """Directions with heavy-tailed spreads. at_work: whether it acts at the point."""
         candidate, prior, away = self.term.candidate, self.prior, self.away
-        names = tuple(_name(candidate, i) for i in candidate.moved)
+        names = tuple(coordinate_name(candidate, i) for i in candidate.moved)
         length = float(np.linalg.norm(away))
         spread = np.array(prior.spread)
         spread[prior.sizes] = max(prior.typical, length)
@@ -100,7 +100,7 @@ class Near:
         return self.term.moved_to(at)
 
 
-def _name(candidate: Candidate, number: int) -> str:
+def coordinate_name(candidate: Candidate, number: int) -> str:
     one = candidate.coordinates[number]
     size = {p.name: p.size for p in candidate.kind.parameters}[one.parameter]
     if one.how in ("sine", "cosine"):
