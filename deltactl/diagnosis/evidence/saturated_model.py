@@ -143,7 +143,9 @@ def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> Channe
     return replace(noise, phi=noise.phi - total / AR_ORDER)
 
 
-def _before_the_fit(fit: SaturatedFit, left: Whitener, noise: Whitener, valid: BoolArray) -> _Before:
+def _before_the_fit(
+    fit: SaturatedFit, left: Whitener, noise: Whitener, valid: BoolArray
+) -> _Before:
     """What is left, with what the fit takes from draws of a noise given back to it."""
     readings = fit.readings
     rng = np.random.default_rng(EVIDENCE.noise_seed)

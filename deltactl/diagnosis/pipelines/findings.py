@@ -35,10 +35,10 @@ from deltactl.diagnosis.observations.readings import (
     IntArray,
     without_outliers,
 )
+from deltactl.diagnosis.observations.stale_readings import Stale
 from deltactl.diagnosis.pipelines.options import UNKNOWN
 from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.priors.tolerances import within_tolerance
-from deltactl.diagnosis.observations.stale_readings import Stale
 from deltactl.diagnosis.score_tests.change_points import moment
 from deltactl.diagnosis.score_tests.chi2_tail import log_sf
 from deltactl.diagnosis.score_tests.hysteresis import has_memory, tied_drivers

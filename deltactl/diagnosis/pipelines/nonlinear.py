@@ -33,13 +33,13 @@ from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.evidence.noise_estimation import Prepared, prepare
 from deltactl.diagnosis.experiment.propose import Proposal, propose
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
+from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.pipelines.findings import Outcome, findings, picture, rest
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.next_run import NextRuns
 from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.priors.options import PENALTIES
-from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.selection.model_choice import Explained, explain, final_fit
 from deltactl.models.effects import Search, found_by
 

@@ -154,7 +154,7 @@ def probability_of(selected: Selected, regressor: Regressor) -> float:
     not)."""
     forms = _forms(selected, regressor)
     own = selected.probability[regressor.key]
-    if regressor.unknown or len(forms) == 1:
+    if regressor.left_over or len(forms) == 1:
         return own
     pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
     return max(own, float(sum(weight for one, weight in pairs if one.keys & forms)))
@@ -184,7 +184,7 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
     """Other regressors that are in sets without this one, with their posterior."""
     posterior, best = selected.posterior, selected.best
     by_key = {r.key: r for r in selected.plant.regressors}
-    own = {regressor.key} if regressor.unknown else _forms(selected, regressor)
+    own = {regressor.key} if regressor.left_over else _forms(selected, regressor)
     weights: dict[str, float] = {}
     worse: dict[str, float] = {}
     for explanation, weight in zip(posterior.explanations, posterior.weights, strict=True):

@@ -11,7 +11,6 @@ from deltactl.diagnosis.estimation.change_point_timing import late_of, seen_s
 from deltactl.diagnosis.estimation.estimate import Solution, without
 from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.plants.candidate import Candidate
-from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.traits import traits_of
 from deltactl.diagnosis.score_tests.options import SCORE_TESTS
 

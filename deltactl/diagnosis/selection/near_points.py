@@ -7,6 +7,7 @@ which is the next point; sets that were fitted to their end count by that fit.
 from __future__ import annotations
 
 from deltactl.diagnosis.evidence.detection import Progress
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior
@@ -22,27 +23,51 @@ def select_near(plant: RegressionPlant, progress: Progress) -> Selected:
     return Selected(plant, evidence, found, chances, found.nothing, found.best, {}, evidence)
 
 
-def chosen(
-    plant: RegressionPlant, progress: Progress
-) -> tuple[RegressionPlant, Laplace, Posterior]:
-    """The plant near the best set, with the evidence there and the posterior."""
+Found = tuple[RegressionPlant, Laplace, Posterior]
+
+
+def chosen(plant: RegressionPlant, progress: Progress) -> Found:
+    """The plant near the best set, with the evidence there and the posterior.
+
+    Names first; then what has no name competes with them, beside the names and in their place.
+    """
+    named = _settled(plant)
+    progress("what the named effects leave")
+    begins = [one for one in (named[0], plant) if one.point or one is plant]
+    opened = [more for one in begins if (more := one.opened()) is not None]
+    found = [named, *(_settled(one) for one in opened)]
+    noise = found[-1][0].own_noise
+    return max(found, key=lambda one: _weighed(one, noise))
+
+
+def _weighed(found: Found, noise: TemperedNoise) -> float:
+    """Log evidence of the best set under a noise."""
+    plant, _, weighed = found
+    return Laplace(plant, noise)(weighed.best.keys).log_evidence
+
+
+def _settled(plant: RegressionPlant) -> Found:
+    """Chosen near a point, fitted to its end, and again near there until it stays."""
     visited: dict[frozenset[str], RegressionPlant] = {}
     for _ in range(SELECTION.points):
         plant, evidence, found = _as_built(plant)
-        if found.best.keys == plant.point:
+        named = found.best.keys & plant.fitted
+        if named == plant.point:
             return plant, evidence, found
-        if found.best.keys in visited:
+        if named in visited:
             break
         plant = plant.moved_to(found.best)
-        visited[found.best.keys] = plant
+        visited[named] = plant
     noise = plant.own_noise
-    each = {keys: Laplace(one, noise)(keys).log_evidence for keys, one in visited.items()}
-    best = visited[max(each, key=lambda keys: each[keys])]
-    evidence = Laplace(best, noise)
-    return best, evidence, HillClimb(evidence, among=sorted(best.point)).run()
+    tried = []
+    for keys, one in visited.items():
+        evidence = Laplace(one, noise)
+        unfitted = sorted({r.key for r in one.regressors} - one.fitted | keys)
+        tried.append((one, evidence, HillClimb(evidence, among=unfitted).run()))
+    return max(tried, key=lambda each: each[2].best.log_evidence)
 
 
-def _as_built(plant: RegressionPlant) -> tuple[RegressionPlant, Laplace, Posterior]:
+def _as_built(plant: RegressionPlant) -> Found:
     """The best set under the tolerances that the evidence prefers."""
     tried = []
     for odds, one in plant.built():

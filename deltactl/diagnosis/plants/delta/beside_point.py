@@ -104,9 +104,7 @@ def _raw(around: Around, candidate: Candidate, shape: Shape) -> FloatArray:
 class BesidePoint:
     """Best fits of single candidates beside a point, under one noise."""
 
-    def __init__(
-        self, around: Around, noise: ChannelsNoise, left: FloatArray, free: FloatArray
-    ):
+    def __init__(self, around: Around, noise: ChannelsNoise, left: FloatArray, free: FloatArray):
         """left: (n c,) unexplained at the point. free: whitened columns (m, p), in spreads."""
         self._around, self._noise = around, noise
         self._left, self._taken = noise.whiten(left), Absorbed(free)

@@ -93,4 +93,3 @@ def saturated_noise(
         whitener = estimate(readings, valid, left)
     whitener, _ = given_back(fit, whitener, valid)
     return noise_of(whitener, len(readings.t_s))
-

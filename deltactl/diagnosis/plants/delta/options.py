@@ -99,6 +99,27 @@ class NextRunOptions:
     """After the last step, in which the platform comes to rest."""
 
 
+@dataclass(frozen=True, slots=True)
+class ProcessOptions:
+    """Gaussian processes that represent what has no name."""
+
+    knots: int = 48
+    """Between which a process is a straight line: a few to the shortest length."""
+    lengths: tuple[float, ...] = (1.0, 0.4, 0.15, 0.06)
+    """Of the kernel, as shares of the covariate's range: from one bend to a dozen."""
+    sizes: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
+    """Sizes that are tried, in standard deviations to which the best seen shape is known."""
+    least_share: float = 1e-5
+    """Share of the kernel's largest direction below which others count for nothing."""
+    log_odds: float = -5.0
+    """That a machine has one at a place, over one covariate: rarer than any named effect there."""
+    opened: float = 5.0
+    """Log evidence that one must gain to be looked at among the others,"""
+    most: int = 8
+    """and how many are."""
+
+
+PROCESSES = ProcessOptions()
 DELTA_FITS = DeltaFitOptions()
 NEXT_RUNS = NextRunOptions()
 """As the engine is used."""

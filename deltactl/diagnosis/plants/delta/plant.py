@@ -20,6 +20,7 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
+from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.beside_point import BesidePoint, Starts
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
@@ -30,6 +31,7 @@ from deltactl.diagnosis.plants.delta.noise_of_channels import (
     fast_noise,
     saturated_noise,
 )
+from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import (
     Around,
     Near,
@@ -39,6 +41,7 @@ from deltactl.diagnosis.plants.delta.point import (
     key_of,
     side_by_side,
 )
+from deltactl.diagnosis.plants.delta.unknown import Process, Processes
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.regression import (
     Columns,
@@ -50,7 +53,6 @@ from deltactl.diagnosis.plants.regression import (
 )
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
-from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.models.effects import card_of
 
 
@@ -65,6 +67,11 @@ class Recorded:
         kept, self.stale = without_stale(readings, model.traits.repeating)
         self.valid: BoolArray = without_outliers(left, kept)
         self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
+
+    @cached_property
+    def processes(self) -> Processes:
+        """What has no name."""
+        return Processes(self.model)
 
     @cached_property
     def starts(self) -> Starts:
@@ -105,6 +112,26 @@ class Recorded:
         return around.slopes(term, around.predicted)
 
 
+def _left_by(known: Candidate, new: Candidate | None) -> float:
+    """Share of what one effect explains that its operator may leave in the shape of another.
+
+    new: None for what has no name.
+    """
+    own = known.kind.discrepancy
+    if new is None:
+        return own.elsewhere
+    usual = own.in_pose if new.kind.pose_alone else own.elsewhere
+    return own.leads_to.get(new.effect, usual)
+
+
+def _unknown_regressor(one: Process) -> Regressor:
+    odds = PROCESSES.log_odds - one.paid
+    follows = tuple(one.covariate.split(", "))
+    return Regressor(
+        one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False
+    )
+
+
 class DeltaPlant(RegressionPlant):
     """A delta near a point."""
 
@@ -117,10 +144,12 @@ class DeltaPlant(RegressionPlant):
         terms: Sequence[Term] = (),
         before: DeltaPlant | None = None,
         careful: float = PENALTIES.most_careful,
+        unknown: Sequence[Process] = (),
     ):
         """terms: at work at the point. before: the same near an earlier point. careful: share of
-        usual tolerances that building has left.
+        usual tolerances that building has left. unknown: processes that compete with the names.
         """
+        self.unknown = {one.key: one for one in unknown}
         self.recorded, self.careful, self._before = recorded, careful, before
         model = recorded.model
         self.readings, self.observed = model.readings, recorded.observed
@@ -148,6 +177,7 @@ class DeltaPlant(RegressionPlant):
         """Of what all columns together leave."""
         columns = [self.recorded.free[0]]
         columns += [near.columns(key in self.at_work).values for key, near in self.near.items()]
+        columns += [self._columns[key].values for key in self.unknown]
         every = np.concatenate(columns, axis=1)
         valid, first = self.recorded.valid, self._first
         rounds = EVIDENCE.noise_rounds if self._before is None else 1
@@ -156,7 +186,8 @@ class DeltaPlant(RegressionPlant):
     @cached_property
     def regressors(self) -> tuple[Regressor, ...]:  # type: ignore[override]
         """One for each effect at each component."""
-        return tuple(self._regressor(key) for key in self.candidates)
+        named = [self._regressor(key) for key in self.candidates]
+        return (*named, *(_unknown_regressor(one) for one in self.unknown.values()))
 
     @cached_property
     def t_s(self) -> FloatArray:
@@ -227,8 +258,7 @@ class DeltaPlant(RegressionPlant):
         return Columns(values, spread * share, tuple(names))
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """With those of a set that are at work at the point, as if they were linear from nothing.
-        """
+        """With those of a set that are at work at the point, as if they were linear from nothing."""
         acting = keys & frozenset(self.at_work)
         if acting not in self._bases:
             terms = [term for key, term in self.at_work.items() if key in acting]
@@ -248,7 +278,9 @@ class DeltaPlant(RegressionPlant):
 
     @cached_property
     def _columns(self) -> dict[str, Columns]:
-        return {key: near.columns(key in self.at_work) for key, near in self.near.items()}
+        model = self.recorded.model
+        named = {key: near.columns(key in self.at_work) for key, near in self.near.items()}
+        return {**named, **{key: one.columns(model) for key, one in self.unknown.items()}}
 
     def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
@@ -258,13 +290,11 @@ class DeltaPlant(RegressionPlant):
         """
         total = 0.0
         for key, gain in gains.items():
-            new = self.candidates[key].kind
-            left = 0.0
-            for other, larger in gains.items():
-                if larger > gain:
-                    own = self.candidates[other].kind.discrepancy
-                    usual = own.in_pose if new.pose_alone else own.elsewhere
-                    left += own.leads_to.get(new.name, usual) * larger
+            left = sum(
+                _left_by(self.candidates[other], self.candidates.get(key)) * larger
+                for other, larger in gains.items()
+                if larger > gain and other in self.candidates
+            )
             total += min(left, gain)
         return total
 
@@ -273,6 +303,7 @@ class DeltaPlant(RegressionPlant):
         return [
             self.near[key].moved_by(explanation.linear[key], key in self.at_work)
             for key in sorted(explanation.keys)
+            if key in self.near
         ]
 
     @property
@@ -283,6 +314,8 @@ class DeltaPlant(RegressionPlant):
     def built(self) -> list[tuple[float, DeltaPlant]]:
         """The same as if it had been built with other care, each with its log prior odds."""
         found = []
+        noise, columns = self.own_noise, self._columns
+        assert noise is not None and columns is not None  # known before copies are made
         for care in PENALTIES.care:
             other = copy(self)
             other.careful = care
@@ -297,9 +330,26 @@ class DeltaPlant(RegressionPlant):
         free = self._free
         taken = {r.takes_over for r in self.regressors if r.key in explanation.keys} - {""}
         kept = np.array([name not in taken for name in free.names], dtype=bool)
-        white = noise.whiten(free.values[:, kept] * free.spread[kept])
+        parts = [free.values[:, kept] * free.spread[kept]]
+        parts += [
+            self._columns[key].values for key in sorted(explanation.keys & self.unknown.keys())
+        ]
+        white = noise.whiten(np.concatenate(parts, axis=1))
         terms = fitted_to_end(self.around, self.observed, noise, white, self.terms_of(explanation))
-        return DeltaPlant(self.recorded, terms, self, self.careful)
+        kept_open = [self.unknown[key] for key in self.unknown]
+        return DeltaPlant(self.recorded, terms, self, self.careful, kept_open)
+
+    def opened(self) -> DeltaPlant | None:
+        """The same with processes among the regressors, where any gains enough; None where not.
+
+        Those are most probable beside what is at work at the point.
+        """
+        every = self.recorded.processes.probable(self.own_noise, self._left, self._white)
+        worth = [one for one in every if one.gain - one.paid > PROCESSES.opened]
+        if not worth:
+            return None
+        at_work, chosen = list(self.at_work.values()), worth[: PROCESSES.most]
+        return DeltaPlant(self.recorded, at_work, self, self.careful, chosen)
 
     def adopt(self, trained: DeltaPlant) -> None:
         """Near the point of another recording, less what happened there once."""
@@ -310,6 +360,8 @@ class DeltaPlant(RegressionPlant):
         nothing_of_it = Columns(np.zeros((len(self.observed), 0)), np.zeros(0), lasts=False)
         self._columns = dict.fromkeys(trained.near, nothing_of_it)
         self._columns |= {key: near.columns(True) for key, near in self._acting.items()}
+        model = self.recorded.model
+        self._columns |= {key: one.columns(model) for key, one in trained.unknown.items()}
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:  # type: ignore[override]
@@ -339,6 +391,8 @@ class DeltaPlant(RegressionPlant):
 
     def shown(self, key: str) -> Sequence[Shown]:
         """The main parameter, for limits of detection."""
+        if key not in self.candidates:
+            return ()
         candidate = self.candidates[key]
         main, first = candidate.kind.main, candidate.coordinates[candidate.moved[0]]
         name = coordinate_name(candidate, candidate.moved[0])
