@@ -338,13 +338,15 @@ class Laplace:
         """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald)."""
         if not self.plant.messy or len(blocks) < 2:
             return 0.0
-        covariance, first, gains = np.linalg.inv(known), 0, {}
+        covariance, first = np.linalg.inv(known), 0
+        gains: dict[str, tuple[float, float]] = {}
         for key, shape in blocks:
             part = slice(first, first + shape.shape[1])
             first = part.stop
             if key:
                 own = np.linalg.inv(covariance[part, part])
-                gains[key] = float(theta[part] @ own @ theta[part])
+                gain, size = theta[part] @ own @ theta[part], theta[part]
+                gains[key] = float(gain), float(size @ (known[part, part] @ size - size))
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:

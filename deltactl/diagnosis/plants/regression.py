@@ -369,8 +369,11 @@ class RegressionPlant:
                 return True
         return False
 
-    def charged(self, gains: Mapping[str, float]) -> float:
-        """Chi-square of a set that is no evidence for it; gains: what each regressor adds."""
+    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+        """Chi-square of a set that is no evidence for it.
+
+        gains: what each regressor adds to the fit, and how much it does by itself.
+        """
         return 0.0
 
     def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:

@@ -282,18 +282,18 @@ class DeltaPlant(RegressionPlant):
         named = {key: near.columns(key in self.at_work) for key, near in self.near.items()}
         return {**named, **{key: one.columns(model) for key, one in self.unknown.items()}}
 
-    def charged(self, gains: Mapping[str, float]) -> float:
+    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
 
-        gains: what each adds to the fit. A bearing, a spring or a stop is messier than any operator
+        gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is messier than any operator
         with two numbers (`Discrepancy`).
         """
         total = 0.0
-        for key, gain in gains.items():
+        for key, (gain, own) in gains.items():
             left = sum(
                 _left_by(self.candidates[other], self.candidates.get(key)) * larger
-                for other, larger in gains.items()
-                if larger > gain and other in self.candidates
+                for other, (_, larger) in gains.items()
+                if larger > own and other in self.candidates
             )
             total += min(left, gain)
         return total
