@@ -295,7 +295,7 @@ class DeltaPlant(RegressionPlant):
                 for other, (_, larger) in gains.items()
                 if larger > own and other in self.candidates
             )
-            total += min(left, gain)
+            total += min(left**2 / max(gain, 1e-300), gain)
         return total
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
