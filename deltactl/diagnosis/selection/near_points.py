@@ -33,9 +33,14 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     """
     named = _settled(plant)
     progress("what the named effects leave")
-    begins = [one for one in (named[0], plant) if one.point or one is plant]
-    opened = [more for one in begins if (more := one.opened()) is not None]
-    found = [named, *(_settled(one) for one in opened)]
+    beside = named[0].opened()
+    found = [named]
+    if beside is not None:
+        found.append(_settled(beside))
+    few = len(named[2].best.keys) < SELECTION.many_names
+    if named[0].point and not (few and beside is None):
+        instead = plant.opened()
+        found += [] if instead is None else [_settled(instead)]
     noise = found[-1][0].own_noise
     return max(found, key=lambda one: _weighed(one, noise))
 
@@ -69,8 +74,10 @@ def _settled(plant: RegressionPlant) -> Found:
 
 def _as_built(plant: RegressionPlant) -> Found:
     """The best set under the tolerances that the evidence prefers."""
-    tried = []
+    tried: list[tuple[float, RegressionPlant, Laplace, Posterior]] = []
     for odds, one in plant.built():
+        if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
+            break
         evidence = Laplace(one, plant.own_noise)
         found = HillClimb(evidence).run()
         tried.append((odds + found.best.log_evidence, one, evidence, found))

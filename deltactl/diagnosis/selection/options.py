@@ -33,6 +33,10 @@ class SelectionOptions:
     of a rough surface the largest wave has a tenth to a third, of a gear nearly all."""
     points: int = 5
     """Points near which effects are chosen, where the model is linear only near one."""
+    many_names: int = 4
+    """Names in a set from which on what has no name is tried in the place of all of them,"""
+    careless_names: int = 2
+    """and from which on a machine may be one that was built with less care."""
     better_by: float = 1e-6
     """Log evidence that a move must add: less is rounding."""
     nearly_best: float = 2.0

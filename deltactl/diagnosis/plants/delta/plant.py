@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -52,6 +53,7 @@ from deltactl.diagnosis.plants.regression import (
     Sizes,
 )
 from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.diagnosis.priors.penalties import penalty, penalty_of
 from deltactl.diagnosis.priors.size_priors import odds_cost
 from deltactl.models.effects import card_of
 
@@ -169,11 +171,30 @@ class DeltaPlant(RegressionPlant):
     def _first(self) -> ChannelsNoise:
         """The noise of an earlier point, or what is not smooth in the model error."""
         if self._before is not None:
-            return self._before.own_noise
+            return self._with_discrepancy(self._before.plain_noise)
         return fast_noise(self.readings, self.recorded.valid, self._left)
 
     @cached_property
     def own_noise(self) -> ChannelsNoise:  # type: ignore[override]
+        """With what effects leave that act now and then only, and are messy where they do."""
+        return self._with_discrepancy(self.plain_noise)
+
+    def _with_discrepancy(self, noise: ChannelsNoise) -> ChannelsNoise:
+        scale = noise.scale
+        for term in self.at_work.values():
+            kind = term.candidate.kind
+            if kind.local:
+                others = [one for one in self.around.terms if one is not term]
+                change = self.around.predicted - self.around.with_terms(others)
+                white = noise.whiten(change)
+                left = kind.discrepancy.elsewhere * float(white @ white)
+                acts = np.any(side_by_side(change, self.count) != 0.0, axis=1)
+                where = np.tile(acts, self.count)[noise.rows]
+                scale = np.where(where, scale / np.sqrt(1.0 + left), scale)
+        return replace(noise, scale=scale)
+
+    @cached_property
+    def plain_noise(self) -> ChannelsNoise:
         """Of what all columns together leave."""
         columns = [self.recorded.free[0]]
         columns += [near.columns(key in self.at_work).values for key, near in self.near.items()]
@@ -239,7 +260,9 @@ class DeltaPlant(RegressionPlant):
 
     def _regressor(self, key: str) -> Regressor:
         candidate = self.candidates[key]
-        odds = -0.5 * odds_cost(candidate) + self.near[key].heavy_tail
+        near = self.near[key]
+        in_name_only = penalty_of(near.term) - penalty(candidate)
+        odds = near.heavy_tail - 0.5 * (odds_cost(candidate) + in_name_only)
         takes_over = key if card_of(candidate.effect).build_spread is not None else ""
         places = None if is_straight(candidate) else float(len(candidate.shapes))
         return Regressor(
@@ -281,6 +304,12 @@ class DeltaPlant(RegressionPlant):
         model = self.recorded.model
         named = {key: near.columns(key in self.at_work) for key, near in self.near.items()}
         return {**named, **{key: one.columns(model) for key, one in self.unknown.items()}}
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Whether a size that cannot be below nothing is."""
+        return any(self.near[key].below_nothing(linear[key]) for key in keys if key in self.near)
 
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones.

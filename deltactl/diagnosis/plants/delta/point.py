@@ -77,6 +77,15 @@ class Near:
         values[:, main] = self.whole / away[main]
         return Columns(values, spread, names)
 
+    def below_nothing(self, linear: FloatArray) -> bool:
+        """Whether sizes (k,) of a linear fit are such as no machine has: of one sign only, and of
+        the other together.
+        """
+        prior = self.prior
+        if not prior.sizes or not all(prior.one_sided):
+            return False
+        return float(np.sum(linear[prior.sizes])) <= 0.0
+
     @property
     def heavy_tail(self) -> float:
         """Log density of a Cauchy prior at this size, against the Gaussian of its own width."""
