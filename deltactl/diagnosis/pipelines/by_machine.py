@@ -21,7 +21,8 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
-from deltactl.diagnosis.plants.delta.plant import DeltaPlant, Recorded
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant
+from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta

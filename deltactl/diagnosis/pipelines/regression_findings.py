@@ -110,8 +110,7 @@ def _own(selected: Selected, key: str) -> FloatArray:
     plant, best = selected.plant, selected.best
     base = plant.base(best.keys, best.sizes)
     own = base - plant.base(best.keys - {key}, best.sizes)
-    own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
-    return own
+    return own + plant.columns(key, base, best.sizes).values @ best.linear[key]
 
 
 def _own_share(selected: Selected, own: FloatArray) -> float:

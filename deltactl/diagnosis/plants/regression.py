@@ -322,7 +322,7 @@ class RegressionPlant:
 
     @property
     def point(self) -> frozenset[str]:
-        """Regressors at whose sizes the columns were made, where these are not the same everywhere."""
+        """Regressors at whose sizes the columns were made, where they depend on sizes."""
         return frozenset()
 
     @property
@@ -331,7 +331,7 @@ class RegressionPlant:
         return frozenset(one.key for one in self.regressors if not one.unknown)
 
     def opened(self) -> RegressionPlant | None:
-        """The same with what has no name among the regressors, where any of it may be; else None."""
+        """The same with what has no name as well, where any of it may be; else None."""
         return None
 
     def built(self) -> Sequence[tuple[float, RegressionPlant]]:
@@ -349,7 +349,7 @@ class RegressionPlant:
     def parameters(
         self, key: str, sizes: FloatArray, covariance: FloatArray
     ) -> dict[str, ParameterResult] | None:
-        """Parameters of the answer by all sizes of a regressor (k,); None where `shown` has them."""
+        """Parameters of the answer by all sizes (k,); None where `shown` has them."""
         return None
 
     def adopt(self, trained: Any) -> None:

@@ -98,7 +98,8 @@ def _raw(around: Around, candidate: Candidate, shape: Shape) -> FloatArray:
         columns.append((around.beside(Term(candidate, at)) - around.predicted) / shape.reach)
     if not shape.linear:
         columns.append(around.beside(Term(candidate, origin)) - around.predicted)
-    return np.stack(columns, axis=1).astype(np.float32)
+    single: FloatArray = np.stack(columns, axis=1).astype(np.float32)
+    return single
 
 
 class BesidePoint:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +44,7 @@ class SaturatedFit:
     def __init__(self, readings: Readings, columns: FloatArray, whitener: Whitener):
         self.readings = readings
         channels = len(readings.names)
-        self._columns = columns.astype(np.float32)
+        self._columns: Any = columns.astype(np.float32)
         self._white = whitener(side_by_side(self._columns, channels))
         self._whitener = whitener
         gram = np.asarray(self._white.T @ self._white, dtype=np.float64)

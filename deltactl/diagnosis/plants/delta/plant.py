@@ -20,13 +20,11 @@ from deltactl.diagnosis.assessment.intervals import parameters
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
-from deltactl.diagnosis.observations.stale_readings import without_stale
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.delta.beside_point import BesidePoint, Starts
+from deltactl.diagnosis.plants.delta.beside_point import BesidePoint
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
 from deltactl.diagnosis.plants.delta.jumps import jumps
-from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
     ChannelsNoise,
     fast_noise,
@@ -37,13 +35,12 @@ from deltactl.diagnosis.plants.delta.point import (
     Around,
     Near,
     coordinate_name,
-    end_to_end,
-    is_straight,
     key_of,
     side_by_side,
 )
-from deltactl.diagnosis.plants.delta.unknown import Process, Processes
-from deltactl.diagnosis.plants.nuisance import Nuisance
+from deltactl.diagnosis.plants.delta.prior_odds import left_by, named_regressor, unknown_regressor
+from deltactl.diagnosis.plants.delta.recorded import Recorded
+from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.regression import (
     Columns,
     Draws,
@@ -53,85 +50,6 @@ from deltactl.diagnosis.plants.regression import (
     Sizes,
 )
 from deltactl.diagnosis.priors.options import PENALTIES
-from deltactl.diagnosis.priors.penalties import penalty, penalty_of
-from deltactl.diagnosis.priors.size_priors import odds_cost
-from deltactl.models.effects import card_of
-
-
-class Recorded:
-    """What does not change with the point: the machine, its readings, columns of tolerances."""
-
-    def __init__(self, model: DeltaModel):
-        self.model, readings = model, model.readings
-        self.observed = end_to_end(np.nan_to_num(readings.values))
-        self.nominal = Around(model, ())
-        left = side_by_side(self.observed - self.nominal.predicted, len(readings.names))
-        kept, self.stale = without_stale(readings, model.traits.repeating)
-        self.valid: BoolArray = without_outliers(left, kept)
-        self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
-
-    @cached_property
-    def processes(self) -> Processes:
-        """What has no name."""
-        return Processes(self.model)
-
-    @cached_property
-    def starts(self) -> Starts:
-        """Scores of the shapes of effects."""
-        return Starts(self.nominal, self.model.candidates)
-
-    @cached_property
-    def free(self) -> tuple[FloatArray, FloatArray, list[str], int]:
-        """Columns (n c, p) of nuisances and tolerances, their spreads and names, how many are
-        nuisances.
-        """
-        model = self.model
-        known = {n.term.candidate.key for n in model.nuisances}
-        tolerances = [n for n in model.tolerances if n.term.candidate.key not in known]
-        columns: list[FloatArray] = []
-        spreads: list[float] = []
-        names: list[str] = []
-        for nuisance in (*model.nuisances, *tolerances):
-            slopes = self._slopes(nuisance)
-            columns.append(slopes)
-            spreads += nuisance.spread
-            one = nuisance.term.candidate
-            names += [key_of(one)] * slopes.shape[1]
-        first = sum(len(n.spread) for n in model.nuisances)
-        return np.concatenate(columns, axis=1), np.array(spreads), names, first
-
-    def _slopes(self, nuisance: Nuisance) -> FloatArray:
-        around, term = self.nominal, nuisance.term
-        if any(one.candidate is term.candidate for one in around.always):
-            others = [one for one in around.always if one.candidate is not term.candidate]
-            columns = []
-            for i in term.candidate.moved:
-                at, step = term.at.copy(), term.candidate.coordinates[i].step
-                at[i] += step
-                moved = self.model.predict([*others, Term(term.candidate, at)])
-                columns.append((end_to_end(moved) - around.predicted) / step)
-            return np.stack(columns, axis=1)
-        return around.slopes(term, around.predicted)
-
-
-def _left_by(known: Candidate, new: Candidate | None) -> float:
-    """Share of what one effect explains that its operator may leave in the shape of another.
-
-    new: None for what has no name.
-    """
-    own = known.kind.discrepancy
-    if new is None:
-        return own.elsewhere
-    usual = own.in_pose if new.kind.pose_alone else own.elsewhere
-    return own.leads_to.get(new.effect, usual)
-
-
-def _unknown_regressor(one: Process) -> Regressor:
-    odds = PROCESSES.log_odds - one.paid
-    follows = tuple(one.covariate.split(", "))
-    return Regressor(
-        one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False
-    )
 
 
 class DeltaPlant(RegressionPlant):
@@ -175,7 +93,7 @@ class DeltaPlant(RegressionPlant):
         return fast_noise(self.readings, self.recorded.valid, self._left)
 
     @cached_property
-    def own_noise(self) -> ChannelsNoise:  # type: ignore[override]
+    def own_noise(self) -> ChannelsNoise:
         """With what effects leave that act now and then only, and are messy where they do."""
         return self._with_discrepancy(self.plain_noise)
 
@@ -207,8 +125,8 @@ class DeltaPlant(RegressionPlant):
     @cached_property
     def regressors(self) -> tuple[Regressor, ...]:  # type: ignore[override]
         """One for each effect at each component."""
-        named = [self._regressor(key) for key in self.candidates]
-        return (*named, *(_unknown_regressor(one) for one in self.unknown.values()))
+        named = [named_regressor(key, self.near[key]) for key in self.candidates]
+        return (*named, *(unknown_regressor(one) for one in self.unknown.values()))
 
     @cached_property
     def t_s(self) -> FloatArray:
@@ -216,7 +134,7 @@ class DeltaPlant(RegressionPlant):
         return np.tile(self.readings.t_s, self.count)
 
     @cached_property
-    def groups(self):  # type: ignore[no-untyped-def]
+    def groups(self) -> IntArray:  # type: ignore[override]
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
         return np.concatenate([own + k * (own[-1] + 1) for k in range(self.count)]).astype(np.intp)
@@ -258,18 +176,6 @@ class DeltaPlant(RegressionPlant):
                 found[key] = beside.near(candidate, self.recorded.starts, known)
         return found
 
-    def _regressor(self, key: str) -> Regressor:
-        candidate = self.candidates[key]
-        near = self.near[key]
-        in_name_only = penalty_of(near.term) - penalty(candidate)
-        odds = near.heavy_tail - 0.5 * (odds_cost(candidate) + in_name_only)
-        takes_over = key if card_of(candidate.effect).build_spread is not None else ""
-        places = None if is_straight(candidate) else float(len(candidate.shapes))
-        return Regressor(
-            key, candidate.effect, odds, candidate.component,
-            alone=False, takes_over=takes_over, places=places,
-        )  # fmt: skip
-
     def free(self) -> Columns:
         """Nuisances, and what is off on any machine as built."""
         return self._free
@@ -281,7 +187,7 @@ class DeltaPlant(RegressionPlant):
         return Columns(values, spread * share, tuple(names))
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """With those of a set that are at work at the point, as if they were linear from nothing."""
+        """With those of a set that are at work at the point, each as if linear from nothing."""
         acting = keys & frozenset(self.at_work)
         if acting not in self._bases:
             terms = [term for key, term in self.at_work.items() if key in acting]
@@ -314,13 +220,13 @@ class DeltaPlant(RegressionPlant):
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
 
-        gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is messier than any operator
-        with two numbers (`Discrepancy`).
+        gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is
+        messier than any operator with two numbers (`Discrepancy`).
         """
         total = 0.0
         for key, (gain, own) in gains.items():
             left = sum(
-                _left_by(self.candidates[other], self.candidates.get(key)) * larger
+                left_by(self.candidates[other], self.candidates.get(key)) * larger
                 for other, (_, larger) in gains.items()
                 if larger > own and other in self.candidates
             )
@@ -343,8 +249,7 @@ class DeltaPlant(RegressionPlant):
     def built(self) -> list[tuple[float, DeltaPlant]]:
         """The same as if it had been built with other care, each with its log prior odds."""
         found = []
-        noise, columns = self.own_noise, self._columns
-        assert noise is not None and columns is not None  # known before copies are made
+        _ = self.own_noise, self._columns  # once, before copies are made
         for care in PENALTIES.care:
             other = copy(self)
             other.careful = care
@@ -393,7 +298,7 @@ class DeltaPlant(RegressionPlant):
         self._columns |= {key: one.columns(model) for key, one in trained.unknown.items()}
 
     @cached_property
-    def covariates(self) -> dict[str, FloatArray]:  # type: ignore[override]
+    def covariates(self) -> dict[str, FloatArray]:
         """What a model error may follow, the same for all channels."""
         every = self.recorded.model.covariates()
         return {name: np.tile(values, self.count) for name, values in every.items()}
