@@ -24,9 +24,11 @@ from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.diagnosis.plants.delta.tied_sets import next_run
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
 from deltactl.diagnosis.report.in_words import in_words, kinds_of
+from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
@@ -70,7 +72,13 @@ def _delta(
 ) -> Diagnosis:
     plant = DeltaPlant(Recorded(machine.model))
     others = [DeltaPlant(Recorded(one)) for one in machine.held_out]
-    answer = diagnose_plant(plant, others, progress)
+
+    def runs(selected: Selected) -> Proposal:
+        near = selected.plant
+        assert isinstance(near, DeltaPlant)
+        return next_run(near, selected.posterior.explanations, limits)
+
+    answer = diagnose_plant(plant, others, progress, runs=runs)
     names = machine.model.readings.names
 
     def apart(column: FloatArray) -> FloatArray:

@@ -22,7 +22,12 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
+from deltactl.diagnosis.assessment.regression_holdout import (
+    Blocks,
+    beyond_noise,
+    on_blocks,
+    scaled_covariance,
+)
 from deltactl.diagnosis.assessment.significance import (
     as_found,
     calibrated,
@@ -137,8 +142,10 @@ class SummedColumns:
         return picture_of(self.selected, self.plant)
 
     def remarks(self) -> dict[str, Any]:
-        """Whether several recordings agree."""
-        return {"agreement": self.compared}
+        """Whether several recordings agree, and what the plant has to say."""
+        best = self.selected.best
+        own = self.plant.remarks(best, scaled_covariance(best))
+        return {"agreement": self.compared, **own}
 
 
 def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:

@@ -352,6 +352,10 @@ class RegressionPlant:
         """Parameters of the answer by all sizes (k,); None where `shown` has them."""
         return None
 
+    def remarks(self, best: Any, covariance: FloatArray) -> dict[str, Any]:
+        """Further fields of the answer, by the best explanation and the covariance of its sizes."""
+        return {}
+
     def adopt(self, trained: Any) -> None:
         """Take over what shapes were made with, so that sizes of another recording hold here."""
 

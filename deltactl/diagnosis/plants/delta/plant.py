@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.beside_point import BesidePoint
+from deltactl.diagnosis.plants.delta.built_loosely import allowed_for
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
 from deltactl.diagnosis.plants.delta.jumps import jumps
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
@@ -134,13 +136,13 @@ class DeltaPlant(RegressionPlant):
         return np.tile(self.readings.t_s, self.count)
 
     @cached_property
-    def groups(self) -> IntArray:  # type: ignore[override]
+    def groups(self) -> IntArray:
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
         return np.concatenate([own + k * (own[-1] + 1) for k in range(self.count)]).astype(np.intp)
 
     @cached_property
-    def _acting(self) -> dict[str, Near]:
+    def acting(self) -> dict[str, Near]:
         """What is at work, in its derivatives."""
         around = self.around
         return {
@@ -150,7 +152,7 @@ class DeltaPlant(RegressionPlant):
 
     def _always(self, noise: ChannelsNoise) -> FloatArray:
         """Whitened columns (m, p) of tolerances and of what is at work, in their spreads."""
-        parts = [self._free, *(near.columns(True) for near in self._acting.values())]
+        parts = [self._free, *(near.columns(True) for near in self.acting.values())]
         every = [part.values * part.spread for part in parts]
         return noise.whiten(np.concatenate(every, axis=1))
 
@@ -169,7 +171,7 @@ class DeltaPlant(RegressionPlant):
     @cached_property
     def near(self) -> dict[str, Near]:
         """Each regressor near the point."""
-        found, known = dict(self._acting), self._before.near if self._before else {}
+        found, known = dict(self.acting), self._before.near if self._before else {}
         beside = BesidePoint(self.around, self._first, self._left, self._white)
         for key, candidate in self.candidates.items():
             if key not in found:
@@ -193,7 +195,7 @@ class DeltaPlant(RegressionPlant):
             terms = [term for key, term in self.at_work.items() if key in acting]
             base = self.around.with_terms(terms)
             for key in acting:
-                base = base - self._acting[key].slopes @ self._acting[key].away
+                base = base - self.acting[key].slopes @ self.acting[key].away
             self._bases[acting] = base
         return self._bases[acting]
 
@@ -226,12 +228,17 @@ class DeltaPlant(RegressionPlant):
         total = 0.0
         for key, (gain, own) in gains.items():
             left = sum(
-                left_by(self.candidates[other], self.candidates.get(key)) * larger
+                self._left_by(other, key) * larger
                 for other, (_, larger) in gains.items()
                 if larger > own and other in self.candidates
             )
             total += min(left**2 / max(gain, 1e-300), gain)
         return total
+
+    def _left_by(self, known: str, new: str) -> float:
+        """Share of what one regressor does that it may leave in the shape of another."""
+        share = left_by(self.candidates[known], self.candidates.get(new))
+        return share if new in self.candidates else PENALTIES.spline_factor * share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
         """A set with the sizes that a linear fit has found."""
@@ -293,7 +300,7 @@ class DeltaPlant(RegressionPlant):
         self.regressors = trained.regressors
         nothing_of_it = Columns(np.zeros((len(self.observed), 0)), np.zeros(0), lasts=False)
         self._columns = dict.fromkeys(trained.near, nothing_of_it)
-        self._columns |= {key: near.columns(True) for key, near in self._acting.items()}
+        self._columns |= {key: near.columns(True) for key, near in self.acting.items()}
         model = self.recorded.model
         self._columns |= {key: one.columns(model) for key, one in trained.unknown.items()}
 
@@ -320,7 +327,7 @@ class DeltaPlant(RegressionPlant):
         """Parameters of an effect at work by its coordinates."""
         if key not in self.at_work:
             return None
-        term = self._acting[key].moved_by(sizes, True)
+        term = self.acting[key].moved_by(sizes, True)
         return parameters(term, covariance)
 
     def shown(self, key: str) -> Sequence[Shown]:
@@ -339,6 +346,19 @@ class DeltaPlant(RegressionPlant):
             return np.asarray(1.0 / size if first.how == "reciprocal" else size)
 
         return [Shown(main.name, main.unit, of, at)]
+
+    def remarks(self, best: Explanation, covariance: FloatArray) -> dict[str, Any]:
+        """Whether it was built with less care than usual, and what is off then."""
+        loose = self.careful > PENALTIES.most_careful
+        names = np.array(self._free.names)
+        places = {name: np.flatnonzero(names == name) for name in self._free.names}
+        sizes = {name: best.linear[""][at] for name, at in places.items()}
+        known = {name: covariance[np.ix_(at, at)] for name, at in places.items()}
+        tolerances = self.recorded.model.tolerances
+        allowed = allowed_for(tolerances, sizes, known) if loose else []
+        return {
+            "loosely_built": loose or self.recorded.model.loosely_built, "allowed_for": allowed,
+        }  # fmt: skip
 
     def not_testable(self) -> list[NotTestable]:
         """Effects that change nothing in this recording."""
