@@ -26,7 +26,7 @@ from deltactl.diagnosis.pipelines.regression_figures import rms_left
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
-from deltactl.diagnosis.selection.options import SELECTION
+from deltactl.diagnosis.selection.options import CREDIBLE, SELECTION
 
 TABLED = {("position",), ("distance",)}
 """What an unknown follows where numbers over it can be subtracted."""
@@ -75,6 +75,10 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
         if probability * s > REGRESSION.least_probability
     ]
     alternatives += _others(selected, regressor)
+    imitated = _imitated(selected, regressor, probability, gain)
+    if imitated is not None:
+        alternatives.insert(0, imitated)
+        probability *= CREDIBLE.beside_in_place
     return Finding(
         effect=regressor.effect,
         component=regressor.component,
@@ -157,6 +161,22 @@ def probability_of(selected: Selected, regressor: Regressor) -> float:
         return own
     pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
     return max(own, float(sum(weight for one, weight in pairs if one.keys & forms)))
+
+
+def _imitated(
+    selected: Selected, regressor: Regressor, probability: float, gain: float
+) -> Alternative | None:
+    """The unknown in whose place a name is, which it rather imitates."""
+    every = [r for r in selected.plant.regressors if r.key in selected.best.found]
+    unknown = [r for r in every if r.unknown and not r.left_over]
+    if regressor.unknown or regressor.component not in {r.component for r in unknown}:
+        return None
+    return Alternative(
+        effect="unknown",
+        component=regressor.component,
+        delta_chi2=gain,
+        probability=probability * (1.0 - CREDIBLE.beside_in_place),
+    )
 
 
 def _forms(selected: Selected, regressor: Regressor) -> set[str]:

@@ -127,7 +127,7 @@ class DeltaPlant(RegressionPlant):
     @cached_property
     def regressors(self) -> tuple[Regressor, ...]:  # type: ignore[override]
         """One for each effect at each component."""
-        named = [named_regressor(key, self.near[key]) for key in self.candidates]
+        named = [named_regressor(key, near, self._free.names) for key, near in self.near.items()]
         return (*named, *(unknown_regressor(one) for one in self.unknown.values()))
 
     @cached_property
@@ -232,7 +232,8 @@ class DeltaPlant(RegressionPlant):
                 for other, (_, larger) in gains.items()
                 if larger > own and other in self.candidates
             )
-            total += min(left**2 / max(gain, 1e-300), gain)
+            far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
+            total += min(left, gain) * far
         return total
 
     def _left_by(self, known: str, new: str) -> float:

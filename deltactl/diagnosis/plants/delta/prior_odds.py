@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import Near, is_straight
@@ -9,15 +11,17 @@ from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.regression import Regressor
 from deltactl.diagnosis.priors.penalties import penalty, penalty_of
 from deltactl.diagnosis.priors.size_priors import odds_cost
-from deltactl.models.effects import card_of
 
 
-def named_regressor(key: str, near: Near) -> Regressor:
-    """An effect at a component; what is so in name only costs like an unknown."""
+def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regressor:
+    """An effect at a component; what is so in name only costs like an unknown.
+
+    tolerances: names of the columns that are always fitted.
+    """
     candidate = near.term.candidate
     in_name_only = penalty_of(near.term) - penalty(candidate)
     odds = near.heavy_tail - 0.5 * (odds_cost(candidate) + in_name_only)
-    takes_over = key if card_of(candidate.effect).build_spread is not None else ""
+    takes_over = key if key in tolerances else ""
     places = None if is_straight(candidate) else float(len(candidate.shapes))
     return Regressor(
         key, candidate.effect, odds, candidate.component,
