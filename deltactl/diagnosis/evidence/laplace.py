@@ -335,18 +335,29 @@ class Laplace:
         )  # fmt: skip
 
     def _charged(self, theta: FloatArray, known: FloatArray, blocks: Sequence[Block]) -> float:
-        """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald)."""
+        """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald), and
+        what each by itself does where nothing without a name takes part of that.
+        """
         if not self.plant.messy or len(blocks) < 2:
             return 0.0
-        covariance, first = np.linalg.inv(known), 0
+        ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
+        parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
+        covariance, first = np.linalg.inv(known), int(ends[-1])
+        named = np.ones(first, dtype=bool)
+        for key, part in parts.items():
+            named[part] = not key or not self.by_key[key].unknown
+        alone = theta[:first].copy()
+        if not named.all():
+            along = known[:first, :first] @ alone
+            alone[named] = np.linalg.solve(
+                known[:first, :first][np.ix_(named, named)], along[named]
+            )
         gains: dict[str, tuple[float, float]] = {}
-        for key, shape in blocks:
-            part = slice(first, first + shape.shape[1])
-            first = part.stop
+        for key, part in parts.items():
             if key:
-                own = np.linalg.inv(covariance[part, part])
-                gain, size = theta[part] @ own @ theta[part], theta[part]
-                gains[key] = float(gain), float(size @ (known[part, part] @ size - size))
+                gram, size = known[part, part], alone[part]
+                gain = theta[part] @ np.linalg.solve(covariance[part, part], theta[part])
+                gains[key] = float(gain), float(size @ (gram @ size - size))
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:

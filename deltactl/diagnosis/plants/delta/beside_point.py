@@ -105,16 +105,31 @@ def _raw(around: Around, candidate: Candidate, shape: Shape) -> FloatArray:
 class BesidePoint:
     """Best fits of single candidates beside a point, under one noise."""
 
-    def __init__(self, around: Around, noise: ChannelsNoise, left: FloatArray, free: FloatArray):
-        """left: (n c,) unexplained at the point. free: whitened columns (m, p), in spreads."""
-        self._around, self._noise = around, noise
+    def __init__(
+        self,
+        around: Around,
+        noise: ChannelsNoise,
+        left: FloatArray,
+        free: FloatArray,
+        names: Sequence[str] = (),
+    ):
+        """left: (n c,) unexplained at the point. free: whitened columns (m, p), in spreads; names: of
+        the first of them, which are tolerances.
+        """
+        self._around, self._noise, self._given = around, noise, (left, free, names)
         self._left, self._taken = noise.whiten(left), Absorbed(free)
         self._of_left = self._taken.share(self._left)
 
     def near(self, candidate: Candidate, starts: Starts, before: Mapping[str, Near]) -> Near:
-        """The candidate where it fits best."""
+        """The candidate where it fits best, in the place of its own tolerance."""
         if is_straight(candidate):
             return self._straight(candidate)
+        left, free, names = self._given
+        other = [name != key_of(candidate) for name in names]
+        if not all(other):
+            kept = np.array([*other, *[True] * (free.shape[1] - len(other))])
+            alone = BesidePoint(self._around, self._noise, left, free[:, kept])
+            return alone.near(candidate, starts, before)
         ranked = starts.best(candidate, self._noise, self._left, self._taken)
         if not ranked:
             return _without_any(candidate, len(self._around.predicted))

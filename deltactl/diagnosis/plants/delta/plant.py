@@ -139,7 +139,8 @@ class DeltaPlant(RegressionPlant):
     def groups(self) -> IntArray:
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
-        return np.concatenate([own + k * (own[-1] + 1) for k in range(self.count)]).astype(np.intp)
+        laid = [own + k * (own[-1] + 1) for k in range(self.count)]
+        return np.concatenate(laid).astype(np.intp)
 
     @cached_property
     def acting(self) -> dict[str, Near]:
@@ -172,7 +173,8 @@ class DeltaPlant(RegressionPlant):
     def near(self) -> dict[str, Near]:
         """Each regressor near the point."""
         found, known = dict(self.acting), self._before.near if self._before else {}
-        beside = BesidePoint(self.around, self._first, self._left, self._white)
+        names = self._free.names
+        beside = BesidePoint(self.around, self._first, self._left, self._white, names)
         for key, candidate in self.candidates.items():
             if key not in found:
                 found[key] = beside.near(candidate, self.recorded.starts, known)
@@ -230,7 +232,7 @@ class DeltaPlant(RegressionPlant):
             left = sum(
                 self._left_by(other, key) * larger
                 for other, (_, larger) in gains.items()
-                if larger > own and other in self.candidates
+                if other in self.candidates and (larger > own or key in self.unknown)
             )
             far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
             total += min(left, gain) * far
