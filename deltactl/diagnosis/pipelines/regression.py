@@ -103,7 +103,7 @@ class SummedColumns:
         """See Settled."""
         rest = self._rest
         found = findings(self.selected, self.plant.readings)
-        found += repeated(self.plant, self.selected)
+        found += self._repeated
         fit = fit_of(self.selected, self.others, rest, self.blocks)
         if self.plant.left_by_known and not seen(rest.p):
             excused = bool(self.searched.best.found and not self.selected.best.found)
@@ -112,16 +112,24 @@ class SummedColumns:
         return Figures(widened(found, self.compared), fit, rest)
 
     @cached_property
+    def _repeated(self) -> list[Finding]:
+        """Old values that a sensor repeated."""
+        return repeated(self.plant, self.selected)
+
+    @cached_property
     def _rest(self) -> Rest:
         return rest_of(self.selected)
 
     def chance(self, found: Sequence[Finding]) -> float:
         """See Settled."""
-        return self.first_p if found else min(self.first_p, self._rest.p)
+        stale = min((one.evidence.p for one in self._repeated), default=1.0)
+        by_fit = self.first_p if self.selected.best.found else min(self.first_p, self._rest.p)
+        return min(by_fit, stale)
 
     def nothing_missing(self, found: Sequence[Finding]) -> float:
         """See Settled."""
         nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
+        nothing *= 1.0 - max((one.probability or 0.0 for one in self._repeated), default=0.0)
         return nothing if found else calibrated(nothing, self._rest.p)
 
     def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:

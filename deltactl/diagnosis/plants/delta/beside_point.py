@@ -113,8 +113,9 @@ class BesidePoint:
         free: FloatArray,
         names: Sequence[str] = (),
     ):
-        """left: (n c,) unexplained at the point. free: whitened columns (m, p), in spreads; names: of
-        the first of them, which are tolerances.
+        """left: (n c,) unexplained at the point. free: whitened columns (m, p), in spreads.
+
+        names: of the first of them, which are tolerances.
         """
         self._around, self._noise, self._given = around, noise, (left, free, names)
         self._left, self._taken = noise.whiten(left), Absorbed(free)

@@ -140,7 +140,8 @@ class DeltaPlant(RegressionPlant):
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
         laid = [own + k * (own[-1] + 1) for k in range(self.count)]
-        return np.concatenate(laid).astype(np.intp)
+        numbers: IntArray = np.concatenate(laid).astype(np.intp)
+        return numbers
 
     @cached_property
     def acting(self) -> dict[str, Near]:
@@ -306,6 +307,27 @@ class DeltaPlant(RegressionPlant):
         self._columns |= {key: near.columns(True) for key, near in self.acting.items()}
         model = self.recorded.model
         self._columns |= {key: one.columns(model) for key, one in trained.unknown.items()}
+
+    @cached_property
+    def _known(self) -> list[tuple[float, FloatArray]]:
+        """Of effects of the robot file that were measured, what each may leave and does (n c,)."""
+        found = []
+        for nuisance in self.recorded.model.nuisances:
+            if nuisance.measured:
+                share = nuisance.term.candidate.kind.discrepancy.elsewhere
+                found.append((share, self.around.without_always(nuisance.term)))
+        return found
+
+    @property
+    def left_by_known(self) -> Sequence[tuple[float, FloatArray]]:  # type: ignore[override]
+        """See `RegressionPlant`."""
+        return self._known
+
+    @property
+    def done_by_known(self) -> FloatArray | None:  # type: ignore[override]
+        """What all of them do (n c,)."""
+        each = [own for _, own in self._known]
+        return np.sum(each, axis=0) if each else None
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

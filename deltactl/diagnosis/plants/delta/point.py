@@ -147,6 +147,11 @@ class Around:
         others = [one for one in self.terms if one.candidate is not term.candidate]
         return self.with_terms([*others, term])
 
+    def without_always(self, term: Term) -> FloatArray:
+        """What one of the terms that always act does, (n c,)."""
+        others = [one for one in self.always if one is not term]
+        return self.predicted - end_to_end(self.model.predict([*others, *self.terms]))
+
     def slopes(self, term: Term, predicted: FloatArray) -> FloatArray:
         """Derivatives (n c, k) by the moved coordinates of a term; predicted: with it."""
         columns = []
