@@ -7,15 +7,13 @@ is seen on noise drawn from the estimate itself and treated in the same way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh, lu_factor, lu_solve
 
-from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import (
     AR_ORDER,
     ChannelNoise,
@@ -26,7 +24,6 @@ from deltactl.diagnosis.estimation.noise import (
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
-from deltactl.diagnosis.score_tests.library import Library
 
 
 class SaturatedFit(Protocol):
@@ -38,54 +35,6 @@ class SaturatedFit(Protocol):
     def __call__(self, residual: FloatArray) -> FloatArray:
         """What it explains of residuals, (n, channels) or (n, channels, k)."""
         ...
-
-
-class Saturated:
-    """Least squares of all columns of a whitened library together.
-
-    Of a short recording only those directions in which the columns differ most, so many that a
-    column has `readings_a_column` readings at least: what is wrong with a machine is mostly there,
-    and enough is left to see the noise by.
-    """
-
-    def __init__(self, library: Library, fitter: Fitter):
-        gram = library.gram()
-        self.library = library
-        self.fitter, self.readings = fitter, fitter.model.readings
-        self.scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-        matrix = gram / np.outer(self.scale, self.scale) + EVIDENCE.ridge * np.eye(len(gram))
-        directions = library.white.shape[0] // EVIDENCE.readings_a_column
-        self.is_cut = directions < len(matrix)
-        """Whether too little was read for all directions."""
-        if self.is_cut:
-            self._solve = _of_largest(matrix, directions)
-        else:
-            self._solve = partial(lu_solve, lu_factor(matrix, overwrite_a=True))
-
-    def __call__(self, residual: FloatArray) -> FloatArray:
-        """What the whole library explains of residuals, (n, channels) or (n, channels, k)."""
-        white = self.fitter.whiten(residual).astype(np.float32)
-        along = np.asarray(self.library.white.T @ white, dtype=np.float64)
-        weights = (self._solve((along.T / self.scale).T).T / self.scale).T
-        return self.library.explained(weights)
-
-
-def _of_largest(matrix: FloatArray, count: int) -> Callable[[FloatArray], FloatArray]:
-    """The inverse of a symmetric matrix on its `count` largest directions."""
-    size = len(matrix)
-    try:
-        values, vectors = eigh(matrix, subset_by_index=(size - count, size - 1))
-    except LinAlgError:
-        # Columns that only repeat each other make clusters of eigenvalues, at which LAPACK's
-        # quickest driver for a subset can give up; that for all of them does not.
-        values, vectors = (part[..., size - count :] for part in eigh(matrix, driver="evd"))
-
-    def solve(right: FloatArray) -> FloatArray:
-        along = vectors.T @ right
-        found: FloatArray = vectors @ (along.T / values).T
-        return found
-
-    return solve
 
 
 def given_back(fit: SaturatedFit, left: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:

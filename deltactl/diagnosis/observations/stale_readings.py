@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, Readings, long_repeats
-from deltactl.diagnosis.score_tests.options import SCORE_TESTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +32,12 @@ def stale_runs(readings: Readings, channels: Sequence[str]) -> list[Stale]:
         if not 0.0 < rate < 0.6:
             continue
         own: list[Stale] = []
-        for first, last in long_repeats(values, SCORE_TESTS.fewest_repeats):
+        for first, last in long_repeats(values, OBSERVATIONS.fewest_repeats):
             log_p = float(np.log(len(values)) + (last - first) * np.log(rate))
-            if log_p < np.log(SCORE_TESTS.chance):
+            if log_p < np.log(OBSERVATIONS.chance):
                 own.append(Stale(name, first, last, log_p))
         held = [values[run.first] for run in own]
-        if len(own) < SCORE_TESTS.many or len(set(held)) > len(own) // 2:
+        if len(own) < OBSERVATIONS.many or len(set(held)) > len(own) // 2:
             found += own  # the same value again and again is the end of a range, not an old value
     return found
 

@@ -14,7 +14,6 @@ from typing import Any
 from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.next_motion import next_motion
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.observations.readings import FloatArray
@@ -27,6 +26,7 @@ from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.delta.tied_sets import next_run
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
+from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.report.in_words import in_words, kinds_of
 from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.models.effects.chain_joints import chain_effects

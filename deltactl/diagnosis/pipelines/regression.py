@@ -35,7 +35,6 @@ from deltactl.diagnosis.assessment.significance import (
     charge,
     prior_sensitivity,
 )
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.pipelines.agreement import agreement, widened
 from deltactl.diagnosis.pipelines.regression_figures import (
@@ -48,6 +47,7 @@ from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
 from deltactl.diagnosis.pipelines.repeated_readings import repeated
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
 from deltactl.diagnosis.selection.near_points import select_near

@@ -84,6 +84,9 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
         component=regressor.component,
         says="",
         parameters=sized,
+        spread=selected.plant.spread(
+            regressor.key, best.linear[regressor.key], _covariance_of(best, regressor.key)
+        ),
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
         share_of_mismatch=_share(selected, without),
@@ -240,9 +243,7 @@ def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: li
 def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
     """Parameters of one regressor at the best set, their intervals over the credible sets."""
     plant, best = selected.plant, selected.best
-    rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
-    covariance = scaled_covariance(best)[np.ix_(rows, rows)]
-    known = plant.parameters(key, best.linear[key], covariance)
+    known = plant.parameters(key, best.linear[key], _covariance_of(best, key))
     if known is not None:
         return known
     shown = plant.shown(key)
@@ -255,6 +256,13 @@ def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
         result = parameter(one, values, draws)
         if result is not None:
             found[one.name] = result
+    return found
+
+
+def _covariance_of(best: Explanation, key: str) -> FloatArray:
+    """Covariance (k, k) of the sizes of one regressor."""
+    rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
+    found: FloatArray = scaled_covariance(best)[np.ix_(rows, rows)]
     return found
 
 

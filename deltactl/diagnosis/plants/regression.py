@@ -352,6 +352,10 @@ class RegressionPlant:
         """Parameters of the answer by all sizes (k,); None where `shown` has them."""
         return None
 
+    def spread(self, key: str, sizes: FloatArray, covariance: FloatArray) -> dict[str, list[float]]:
+        """See `Finding.spread`, by all sizes of a regressor (k,)."""
+        return {}
+
     def remarks(self, best: Any, covariance: FloatArray) -> dict[str, Any]:
         """Further fields of the answer, by the best explanation and the covariance of its sizes."""
         return {}

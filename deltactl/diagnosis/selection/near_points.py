@@ -6,10 +6,10 @@ which is the next point; sets that were fitted to their end count by that fit.
 
 from __future__ import annotations
 
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior
 from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.diagnosis.selection.options import SELECTION

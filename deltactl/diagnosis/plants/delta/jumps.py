@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.change_point_search import told_between
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
+from deltactl.diagnosis.plants.delta.options import DELTA_FITS
 from deltactl.diagnosis.plants.delta.point import end_to_end
-from deltactl.diagnosis.score_tests.options import SCORE_TESTS
 
 
 def jumps(
@@ -30,7 +29,8 @@ def jumps(
     times, beside = times[order], free[order]
     taken, white = Absorbed(free), noise.whiten(left)
     residual = white - free @ taken.sizes(white)
-    earliest_s, latest_s = told_between(times)
+    edge_s = DELTA_FITS.edge * float(np.ptp(times))
+    earliest_s, latest_s = float(times.min()) + edge_s, float(times.max()) - edge_s
     inside = (times > earliest_s) & (times < latest_s)
     inside[:-1] &= times[:-1] != times[1:]  # all readings of a moment together
     found = {}
@@ -41,7 +41,7 @@ def jumps(
         power = np.cumsum(column**2)
         shared = np.cumsum(column[:, None] * beside, axis=0)[inside]
         own = power[inside] - np.sum(taken.root_of(shared.T) ** 2, axis=0)
-        usable = own > SCORE_TESTS.least_own * power[-1]
+        usable = own > DELTA_FITS.least_own * power[-1]
         gain = np.where(usable, along**2 / np.maximum(own, 1e-30), 0.0)
         if gain.any():
             at_s = float(times[inside][int(np.argmax(gain))])

@@ -42,6 +42,12 @@ class DeltaFitOptions:
     """and the fit of a set."""
     most_steps: int = 12
     """Steps at which the fit of a set is given up."""
+
+    # Jumps.
+    edge: float = 0.02
+    """Share of the recording at either end, in which a jump is an offset or nothing."""
+    least_own: float = 0.02
+    """Share of a jump that what is fitted already must leave for its time to be tried."""
     # Poses that a machine a little off its file may not reach.
     most_fragile: float = 0.2
     """More than this share is not left out: then the file is wrong, or the motion is all there."""
@@ -111,6 +117,8 @@ class ProcessOptions:
     """Sizes that are tried, in standard deviations to which the best seen shape is known."""
     least_share: float = 1e-5
     """Share of the kernel's largest direction below which others count for nothing."""
+    least_move: float = 0.02
+    """Share of a covariate's range by which it moves before the way it came is another."""
     log_odds: float = -5.0
     """That a machine has one at a place, over one covariate: rarer than any named effect there."""
     opened: float = 5.0

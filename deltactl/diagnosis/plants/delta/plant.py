@@ -17,7 +17,7 @@ import numpy as np
 
 from deltactl.diagnosis.answer.finding import ParameterResult
 from deltactl.diagnosis.answer.records import NotTestable
-from deltactl.diagnosis.assessment.intervals import parameters
+from deltactl.diagnosis.assessment.intervals import parameters, spreads
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.evidence.options import EVIDENCE
@@ -354,6 +354,12 @@ class DeltaPlant(RegressionPlant):
             return None
         term = self.acting[key].moved_by(sizes, True)
         return parameters(term, covariance)
+
+    def spread(self, key: str, sizes: FloatArray, covariance: FloatArray) -> dict[str, list[float]]:
+        """How far the parameters of an effect at work are off together."""
+        if key not in self.at_work:
+            return {}
+        return spreads(self.acting[key].moved_by(sizes, True), covariance)
 
     def shown(self, key: str) -> Sequence[Shown]:
         """The main parameter, for limits of detection."""

@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.experiment.design import EXPERIMENT
 from deltactl.diagnosis.experiment.propose import Proposal, next_experiment
+from deltactl.diagnosis.experiment.ties import Explanation as Tied
 from deltactl.diagnosis.experiment.ties import Tie
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
@@ -34,7 +34,7 @@ def next_run(
     return next_experiment(model.readings, plant.own_noise.whitener, ties, runs)
 
 
-def _fitted(plant: DeltaPlant, explanation: Explanation) -> Solution:
+def _fitted(plant: DeltaPlant, explanation: Explanation) -> Tied:
     """A set at its end, with its tangent beside the columns that are always fitted."""
     there, noise = plant.moved_to(explanation), plant.own_noise
     terms = tuple(there.at_work.values())
@@ -50,5 +50,4 @@ def _fitted(plant: DeltaPlant, explanation: Explanation) -> Solution:
     left = noise.whiten(plant.observed - there.around.predicted)
     of_left = np.linalg.solve(known, beside.T @ left)
     cost = float(left @ left - of_left @ of_left)
-    predicted = there.around.predicted
-    return Solution(terms, (), (), np.zeros(0), cost, left, predicted, lambda: root)
+    return Tied(terms, root, cost)

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from deltactl.diagnosis.estimation.splines import way
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
 from deltactl.diagnosis.plants.delta.model import DeltaModel
@@ -156,8 +155,21 @@ def _hats(covariate: FloatArray, knots: FloatArray, two_way: bool) -> Any:
     at = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(knots) - 2)
     part = (inside - knots[at]) / np.maximum(knots[at + 1] - knots[at], 1e-300)
     part = np.clip(part, 0.0, 1.0)
-    sign = way(covariate) if two_way else np.ones(len(covariate))
+    sign = _way(covariate) if two_way else np.ones(len(covariate))
     rows = np.arange(len(covariate))
     values = np.concatenate([sign * (1.0 - part), sign * part])
     places = np.concatenate([rows, rows]), np.concatenate([at, at + 1])
     return csr_array((values, places), shape=(len(covariate), len(knots)))
+
+
+def _way(covariate: FloatArray) -> FloatArray:
+    """+1 or -1: which way the covariate last moved by more than a little; 0 before it did."""
+    reach = PROCESSES.least_move * float(np.ptp(covariate))
+    ways = np.zeros(len(covariate))
+    anchor, last = float(covariate[0]), 0.0
+    for k, value in enumerate(covariate.tolist()):
+        if abs(value - anchor) > reach:
+            last = 1.0 if value > anchor else -1.0
+            anchor = value - last * reach
+        ways[k] = last
+    return ways
