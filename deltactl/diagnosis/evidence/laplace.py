@@ -322,7 +322,8 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
-        volume += self._charged(theta, known, blocks)
+        if len(keys) > 1 and self.plant.is_messy(keys):
+            volume += self._charged(theta, known, blocks)
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -338,8 +339,6 @@ class Laplace:
         """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald), and
         what each by itself does where nothing without a name takes part of that.
         """
-        if not self.plant.messy or len(blocks) < 2:
-            return 0.0
         ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
         parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
         covariance, first = np.linalg.inv(known), int(ends[-1])

@@ -377,6 +377,10 @@ class RegressionPlant:
                 return True
         return False
 
+    def is_messy(self, keys: frozenset[str]) -> bool:
+        """Whether any of a set may leave some of the shapes of others, see `charged`."""
+        return False
+
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square of a set that is no evidence for it.
 

@@ -31,7 +31,15 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
 
     Names first; then what has no name competes with them, beside the names and in their place.
     """
-    named = _settled(plant)
+    first = _as_built(plant)
+    if len(first[2].best.keys) >= SELECTION.many_names:
+        progress("what the named effects leave")
+        mixed = plant.opened()
+        if mixed is not None:
+            found_mixed = _settled(mixed)
+            if found_mixed[2].best.keys - found_mixed[0].fitted:
+                return found_mixed
+    named = _settled(plant, first)
     progress("what the named effects leave")
     beside = named[0].opened()
     found = [named]
@@ -51,11 +59,15 @@ def _weighed(found: Found, noise: TemperedNoise) -> float:
     return Laplace(plant, noise)(weighed.best.keys).log_evidence
 
 
-def _settled(plant: RegressionPlant) -> Found:
-    """Chosen near a point, fitted to its end, and again near there until it stays."""
+def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
+    """Chosen near a point, fitted to its end, and again near there until it stays.
+
+    first: what was chosen near the point, where that is known.
+    """
     visited: dict[frozenset[str], RegressionPlant] = {}
     for _ in range(SELECTION.points):
-        plant, evidence, found = _as_built(plant)
+        plant, evidence, found = first or _as_built(plant)
+        first = None
         named = found.best.keys & plant.fitted
         if named == plant.point:
             return plant, evidence, found
@@ -75,10 +87,12 @@ def _settled(plant: RegressionPlant) -> Found:
 def _as_built(plant: RegressionPlant) -> Found:
     """The best set under the tolerances that the evidence prefers."""
     tried: list[tuple[float, RegressionPlant, Laplace, Posterior]] = []
+    start: frozenset[str] = frozenset()
     for odds, one in plant.built():
         if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
             break
         evidence = Laplace(one, plant.own_noise)
-        found = HillClimb(evidence).run()
+        found = HillClimb(evidence).run(start)
+        start = found.best.keys
         tried.append((odds + found.best.log_evidence, one, evidence, found))
     return max(tried, key=lambda each: each[0])[1:]

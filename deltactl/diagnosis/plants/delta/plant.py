@@ -52,6 +52,7 @@ from deltactl.diagnosis.plants.regression import (
     Sizes,
 )
 from deltactl.diagnosis.priors.options import PENALTIES
+from deltactl.models.effects.kind import EXACT
 
 
 class DeltaPlant(RegressionPlant):
@@ -221,6 +222,11 @@ class DeltaPlant(RegressionPlant):
     ) -> bool:
         """Whether a size that cannot be below nothing is."""
         return any(self.near[key].below_nothing(linear[key]) for key in keys if key in self.near)
+
+    def is_messy(self, keys: frozenset[str]) -> bool:
+        """Whether any of a set may leave more than its geometry does."""
+        named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
+        return any(one.elsewhere > EXACT or one.leads_to for one in named)
 
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
