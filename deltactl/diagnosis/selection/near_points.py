@@ -32,25 +32,31 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     Names first; then what has no name competes with them, beside the names and in their place.
     """
     first = _as_built(plant)
-    if len(first[2].best.keys) >= SELECTION.many_names:
-        progress("what the named effects leave")
-        mixed = plant.opened()
-        if mixed is not None:
-            found_mixed = _settled(mixed)
-            if found_mixed[2].best.keys - found_mixed[0].fitted:
-                return found_mixed
+    many = len(first[2].best.keys) >= SELECTION.many_names
+    instead = _in_place_of_names(plant) if many else None
+    if instead is not None and _has_unknown(instead):
+        return instead
     named = _settled(plant, first)
     progress("what the named effects leave")
     beside = named[0].opened()
-    found = [named]
-    if beside is not None:
-        found.append(_settled(beside))
-    few = len(named[2].best.keys) < SELECTION.many_names
-    if named[0].point and not (few and beside is None):
-        instead = plant.opened()
-        found += [] if instead is None else [_settled(instead)]
+    if beside is None:
+        return named
+    if instead is None and named[0].point:
+        instead = _in_place_of_names(plant)
+    found = [one for one in (named, _settled(beside), instead) if one is not None]
     noise = found[-1][0].own_noise
     return max(found, key=lambda one: _weighed(one, noise))
+
+
+def _in_place_of_names(plant: RegressionPlant) -> Found | None:
+    """Chosen from nothing on, with what has no name; None where none of it may be."""
+    opened = plant.opened()
+    return None if opened is None else _settled(opened)
+
+
+def _has_unknown(found: Found) -> bool:
+    plant, _, weighed = found
+    return bool(weighed.best.keys - plant.fitted)
 
 
 def _weighed(found: Found, noise: TemperedNoise) -> float:
