@@ -85,7 +85,7 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
         says="",
         parameters=sized,
         spread=selected.plant.spread(
-            regressor.key, best.linear[regressor.key], _covariance_of(best, regressor.key)
+            regressor.key, best.linear[regressor.key], _covariance_of(selected, regressor.key)
         ),
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
@@ -243,7 +243,7 @@ def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: li
 def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
     """Parameters of one regressor at the best set, their intervals over the credible sets."""
     plant, best = selected.plant, selected.best
-    known = plant.parameters(key, best.linear[key], _covariance_of(best, key))
+    known = plant.parameters(key, best.linear[key], _covariance_of(selected, key))
     if known is not None:
         return known
     shown = plant.shown(key)
@@ -259,10 +259,12 @@ def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
     return found
 
 
-def _covariance_of(best: Explanation, key: str) -> FloatArray:
-    """Covariance (k, k) of the sizes of one regressor."""
+def _covariance_of(selected: Selected, key: str) -> FloatArray:
+    """Covariance (k, k) of the sizes of one regressor, with what they differ by between blocks."""
+    best = selected.best
     rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
-    found: FloatArray = scaled_covariance(best)[np.ix_(rows, rows)]
+    shift = np.array([selected.shift.get(best.names[i], 0.0) for i in rows])
+    found: FloatArray = scaled_covariance(best)[np.ix_(rows, rows)] + np.diag(shift**2)
     return found
 
 

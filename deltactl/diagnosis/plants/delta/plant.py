@@ -358,14 +358,15 @@ class DeltaPlant(RegressionPlant):
         """Parameters of an effect at work by its coordinates."""
         if key not in self.at_work:
             return None
-        term = self.acting[key].moved_by(sizes, True)
-        return parameters(term, covariance)
+        near = self.acting[key]
+        return parameters(near.moved_by(sizes, True), covariance + near.discrepancy(sizes))
 
     def spread(self, key: str, sizes: FloatArray, covariance: FloatArray) -> dict[str, list[float]]:
         """How far the parameters of an effect at work are off together."""
         if key not in self.at_work:
             return {}
-        return spreads(self.acting[key].moved_by(sizes, True), covariance)
+        near = self.acting[key]
+        return spreads(near.moved_by(sizes, True), covariance + near.discrepancy(sizes))
 
     def shown(self, key: str) -> Sequence[Shown]:
         """The main parameter, for limits of detection."""

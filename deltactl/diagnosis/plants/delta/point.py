@@ -16,6 +16,7 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.contract import Model
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
+from deltactl.models.effects.kind import EXACT
 
 
 def end_to_end(channels: FloatArray) -> FloatArray:
@@ -85,6 +86,18 @@ class Near:
         if not prior.sizes or not all(prior.one_sided):
             return False
         return float(np.sum(linear[prior.sizes])) <= 0.0
+
+    def discrepancy(self, sizes: FloatArray) -> FloatArray:
+        """Covariance (k, k) of fitted sizes (k,) by what the operator is not: a bearing, a spring
+        or a stop is messier than any with two numbers.
+        """
+        kind, prior = self.term.candidate.kind, self.prior
+        variance = np.zeros(len(sizes))
+        if kind.discrepancy.elsewhere > EXACT:
+            variance[prior.sizes] = kind.discrepancy.elsewhere * np.sum(sizes[prior.sizes] ** 2)
+        moved = [self.term.candidate.coordinates[i].parameter for i in self.term.candidate.moved]
+        own = [kind.discrepancy.gives_way.get(name, 0.0) for name in moved]
+        return np.diag(variance + np.square(own))
 
     @property
     def heavy_tail(self) -> float:
