@@ -114,9 +114,16 @@ class DeltaPlant(RegressionPlant):
                 scale = np.where(where, scale / np.sqrt(1.0 + left), scale)
         return replace(noise, scale=scale)
 
+    def _like(self, other: DeltaPlant | None) -> bool:
+        """Whether another point has the same processes among its columns."""
+        return other is not None and other.unknown.keys() == self.unknown.keys()
+
     @cached_property
     def plain_noise(self) -> ChannelsNoise:
-        """Of what all columns together leave."""
+        """Of what all columns together leave; that of an earlier point once it was made at two."""
+        before = self._before
+        if before is not None and self._like(before) and before._like(before._before):
+            return before.plain_noise
         columns = [self.recorded.free[0]]
         columns += [near.columns(key in self.at_work).values for key, near in self.near.items()]
         columns += [self._columns[key].values for key in self.unknown]
@@ -300,7 +307,9 @@ class DeltaPlant(RegressionPlant):
         if not worth:
             return None
         at_work, chosen = list(self.at_work.values()), worth[: PROCESSES.most]
-        return DeltaPlant(self.recorded, at_work, self, self.careful, chosen)
+        beside = DeltaPlant(self.recorded, at_work, self, self.careful, chosen)
+        beside.around, beside.candidates, beside.near = self.around, self.candidates, self.near
+        return beside
 
     def adopt(self, trained: DeltaPlant) -> None:
         """Near the point of another recording, less what happened there once."""
