@@ -155,14 +155,14 @@ def _hats(covariate: FloatArray, knots: FloatArray, two_way: bool) -> Any:
     at = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(knots) - 2)
     part = (inside - knots[at]) / np.maximum(knots[at + 1] - knots[at], 1e-300)
     part = np.clip(part, 0.0, 1.0)
-    sign = _way(covariate) if two_way else np.ones(len(covariate))
+    sign = way(covariate) if two_way else np.ones(len(covariate))
     rows = np.arange(len(covariate))
     values = np.concatenate([sign * (1.0 - part), sign * part])
     places = np.concatenate([rows, rows]), np.concatenate([at, at + 1])
     return csr_array((values, places), shape=(len(covariate), len(knots)))
 
 
-def _way(covariate: FloatArray) -> FloatArray:
+def way(covariate: FloatArray) -> FloatArray:
     """+1 or -1: which way the covariate last moved by more than a little; 0 before it did."""
     reach = PROCESSES.least_move * float(np.ptp(covariate))
     ways = np.zeros(len(covariate))
