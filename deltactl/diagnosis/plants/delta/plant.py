@@ -230,6 +230,17 @@ class DeltaPlant(RegressionPlant):
         """Whether a size that cannot be below nothing is."""
         return any(self.near[key].below_nothing(linear[key]) for key in keys if key in self.near)
 
+    def _left_by_names(self) -> float:
+        """Chi-square that what is at work at the point may leave of any shape."""
+        noise, total = self.own_noise, 0.0
+        for key, term in self.at_work.items():
+            share = left_by(self.candidates[key], None)
+            if share > EXACT:
+                others = [one for one in self.around.terms if one is not term]
+                own = noise.whiten(self.around.predicted - self.around.with_terms(others))
+                total += PENALTIES.spline_factor * share * float(own @ own)
+        return total
+
     def is_messy(self, keys: frozenset[str]) -> bool:
         """Whether any of a set may leave more than its geometry does."""
         named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
@@ -303,7 +314,8 @@ class DeltaPlant(RegressionPlant):
         Those are most probable beside what is at work at the point.
         """
         every = self.recorded.processes.probable(self.own_noise, self._left, self._white)
-        worth = [one for one in every if one.gain - one.paid > PROCESSES.opened]
+        least = PROCESSES.opened + 0.5 * self._left_by_names()
+        worth = [one for one in every if one.gain - one.paid > least]
         if not worth:
             return None
         at_work, chosen = list(self.at_work.values()), worth[: PROCESSES.most]
