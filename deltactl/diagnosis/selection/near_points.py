@@ -51,7 +51,10 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
 def _in_place_of_names(plant: RegressionPlant) -> Found | None:
     """Chosen from nothing on, with what has no name; None where none of it may be."""
     opened = plant.opened()
-    return None if opened is None else _settled(opened)
+    if opened is None:
+        return None
+    first = _as_built(opened)
+    return _settled(opened, first) if _has_unknown(first) else None
 
 
 def _has_unknown(found: Found) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -20,15 +20,44 @@ def fitted_to_end(
     noise: ChannelsNoise,
     free: FloatArray,
     terms: Sequence[Term],
+    others: Mapping[int, Sequence[FloatArray]],
 ) -> list[Term]:
-    """Terms at their best sizes; free: whitened columns (m, p) in spreads, always fitted too."""
-    taken, terms = Absorbed(free), list(terms)
+    """Terms at their best sizes; free: whitened columns (m, p) in spreads, always fitted too.
+
+    others: further places to start a term from, by its number: of an effect that is not linear a
+    fit may end where none nearby is better.
+    """
+    taken = Absorbed(free)
     if not terms:
-        return terms
+        return []
+
+    def fitted(start: Sequence[Term], steps: int) -> tuple[list[Term], float]:
+        return _descended(around, observed, noise, taken, list(start), steps)
+
+    best, cost = fitted(terms, DELTA_FITS.most_steps)
+    for number, places in others.items():
+        for at in places:
+            start = [*best]
+            start[number] = best[number].moved_to(at)
+            tried, less = fitted(start, DELTA_FITS.steps_beside)
+            if less < cost - DELTA_FITS.little_beside:
+                best, cost = fitted(tried, DELTA_FITS.most_steps)
+    return best
+
+
+def _descended(
+    around: Around,
+    observed: FloatArray,
+    noise: ChannelsNoise,
+    taken: Absorbed,
+    terms: list[Term],
+    steps: int,
+) -> tuple[list[Term], float]:
+    """Terms after so many steps, and their cost."""
     predicted = around.with_terms(terms)
     cost, left, share = _cost(observed, predicted, noise, taken)
     damping = 1e-4
-    for _ in range(DELTA_FITS.most_steps):
+    for _ in range(steps):
         white = noise.whiten(_slopes(around, terms, predicted))
         of_white = taken.share(white)
         gram = white.T @ white - of_white.T @ of_white
@@ -43,13 +72,13 @@ def fitted_to_end(
                 break
             damping = max(damping, 1e-4) * 10.0
         else:
-            return terms
+            return terms, cost
         gained, terms, predicted = cost - tried[0], moved, there
         cost, left, share = tried
         damping /= 10.0
         if gained < DELTA_FITS.little:
             break
-    return terms
+    return terms, cost
 
 
 def _cost(

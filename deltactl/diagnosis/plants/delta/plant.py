@@ -23,7 +23,7 @@ from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.delta.beside_point import BesidePoint
+from deltactl.diagnosis.plants.delta.beside_point import Absorbed, BesidePoint
 from deltactl.diagnosis.plants.delta.built_loosely import allowed_for
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
 from deltactl.diagnosis.plants.delta.jumps import jumps
@@ -32,11 +32,12 @@ from deltactl.diagnosis.plants.delta.noise_of_channels import (
     fast_noise,
     saturated_noise,
 )
-from deltactl.diagnosis.plants.delta.options import PROCESSES
+from deltactl.diagnosis.plants.delta.options import DELTA_FITS, PROCESSES
 from deltactl.diagnosis.plants.delta.point import (
     Around,
     Near,
     coordinate_name,
+    is_straight,
     key_of,
     side_by_side,
 )
@@ -304,9 +305,26 @@ class DeltaPlant(RegressionPlant):
             self._columns[key].values for key in sorted(explanation.keys & self.unknown.keys())
         ]
         white = noise.whiten(np.concatenate(parts, axis=1))
-        terms = fitted_to_end(self.around, self.observed, noise, white, self.terms_of(explanation))
+        start = self.terms_of(explanation)
+        others = self._other_starts(start, white)
+        terms = fitted_to_end(self.around, self.observed, noise, white, start, others)
         kept_open = [self.unknown[key] for key in self.unknown]
         return DeltaPlant(self.recorded, terms, self, self.careful, kept_open)
+
+    def _other_starts(
+        self, terms: Sequence[Term], white: FloatArray
+    ) -> dict[int, list[FloatArray]]:
+        """Places of the cards from which effects that are not linear may start as well."""
+        found: dict[int, list[FloatArray]] = {}
+        for number, term in enumerate(terms):
+            candidate = term.candidate
+            if is_straight(candidate):
+                continue
+            rest = self.around.with_terms([*terms[:number], *terms[number + 1 :]])
+            left, taken = self.own_noise.whiten(self.observed - rest), Absorbed(white)
+            ranked = self.recorded.starts.best(candidate, self.own_noise, left, taken)
+            found[number] = [at for _, at in ranked[: DELTA_FITS.starts_beside]]
+        return found
 
     def opened(self) -> DeltaPlant | None:
         """The same with processes among the regressors, where any gains enough; None where not.
