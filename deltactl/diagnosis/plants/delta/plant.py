@@ -69,9 +69,12 @@ class DeltaPlant(RegressionPlant):
         before: DeltaPlant | None = None,
         careful: float = PENALTIES.most_careful,
         unknown: Sequence[Process] = (),
+        always: Sequence[Term] | None = None,
     ):
-        """terms: at work at the point. before: the same near an earlier point. careful: share of
-        usual tolerances that building has left. unknown: processes that compete with the names.
+        """terms, always: at work at the point, nuisances too. before: the same near an earlier one.
+
+        careful: share of usual tolerances that building has left. unknown: processes that compete
+        with the names.
         """
         self.unknown = {one.key: one for one in unknown}
         self.recorded, self.careful, self._before = recorded, careful, before
@@ -82,7 +85,7 @@ class DeltaPlant(RegressionPlant):
         self.kinds = np.repeat(np.arange(self.count), len(self.readings.t_s))
         self.rows = np.flatnonzero(recorded.valid.T.ravel())
         self.stale = recorded.stale
-        self.around = Around(model, terms)
+        self.around = Around(model, terms, always)
         self.at_work = {key_of(term.candidate): term for term in terms}
 
     @cached_property
@@ -197,6 +200,9 @@ class DeltaPlant(RegressionPlant):
     @cached_property
     def _free(self) -> Columns:
         values, spread, names, first = self.recorded.free
+        if self._before is not None and first:
+            own = [self.around.always_slopes(one) for one in self.around.always]
+            values = np.concatenate([*own, values[:, first:]], axis=1)
         share = np.where(np.arange(len(spread)) < first, 1.0, self.careful)
         return Columns(values, spread * share, tuple(names))
 
@@ -307,9 +313,24 @@ class DeltaPlant(RegressionPlant):
         white = noise.whiten(np.concatenate(parts, axis=1))
         start = self.terms_of(explanation)
         others = self._other_starts(start, white)
-        terms = fitted_to_end(self.around, self.observed, noise, white, start, others)
+        always = self._nuisances(explanation)
+        around = Around(self.recorded.model, (), always)
+        terms = fitted_to_end(around, self.observed, noise, white, start, others)
         kept_open = [self.unknown[key] for key in self.unknown]
-        return DeltaPlant(self.recorded, terms, self, self.careful, kept_open)
+        return DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
+
+    def _nuisances(self, explanation: Explanation) -> list[Term]:
+        """Nuisances where they were fitted; what was measured before stays where it was."""
+        model, first = self.recorded.model, 0
+        moved = []
+        for nuisance, term in zip(model.nuisances, self.around.always, strict=True):
+            own = term.candidate.moved
+            size = explanation.linear[""][first : first + len(own)]
+            first += len(own)
+            at = term.at.copy()
+            at[own] += size
+            moved.append(term if nuisance.measured else term.moved_to(at))
+        return moved
 
     def _other_starts(
         self, terms: Sequence[Term], white: FloatArray
@@ -345,7 +366,9 @@ class DeltaPlant(RegressionPlant):
         """Near the point of another recording, less what happened there once."""
         lasting = {k: t for k, t in trained.at_work.items() if not t.candidate.kind.event}
         self.at_work, self.careful = lasting, trained.careful
-        self.around = Around(self.recorded.model, list(lasting.values()))
+        pairs = zip(self.around.always, trained.around.always, strict=True)
+        always = [one.moved_to(known.at) for one, known in pairs]
+        self.around = Around(self.recorded.model, list(lasting.values()), always)
         self.regressors = trained.regressors
         nothing_of_it = Columns(np.zeros((len(self.observed), 0)), np.zeros(0), lasts=False)
         self._columns = dict.fromkeys(trained.near, nothing_of_it)

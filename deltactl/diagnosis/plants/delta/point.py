@@ -146,9 +146,11 @@ def is_straight(candidate: Candidate) -> bool:
 class Around:
     """Predictions around terms at work."""
 
-    def __init__(self, model: Model, terms: Sequence[Term]):
+    def __init__(self, model: Model, terms: Sequence[Term], always: Sequence[Term] | None = None):
+        """always: nuisances; where none are given, as they usually are."""
         self.model, self.terms = model, tuple(terms)
-        self.always = [nuisance.term for nuisance in model.nuisances]
+        usual = [nuisance.term for nuisance in model.nuisances]
+        self.always = usual if always is None else list(always)
         self.predicted = self.with_terms(self.terms)
 
     def with_terms(self, terms: Sequence[Term]) -> FloatArray:
@@ -164,6 +166,17 @@ class Around:
         """What one of the terms that always act does, (n c,)."""
         others = [one for one in self.always if one is not term]
         return self.predicted - end_to_end(self.model.predict([*others, *self.terms]))
+
+    def always_slopes(self, term: Term) -> FloatArray:
+        """Derivatives (n c, k) by the moved coordinates of one of the terms that always act."""
+        columns = []
+        for i in term.candidate.moved:
+            at, step = term.at.copy(), term.candidate.coordinates[i].step
+            at[i] += step
+            moved = [Term(term.candidate, at) if one is term else one for one in self.always]
+            changed = end_to_end(self.model.predict([*moved, *self.terms]))
+            columns.append((changed - self.predicted) / step)
+        return np.stack(columns, axis=1)
 
     def slopes(self, term: Term, predicted: FloatArray) -> FloatArray:
         """Derivatives (n c, k) by the moved coordinates of a term; predicted: with it."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from deltactl.diagnosis.observations.stale_readings import without_stale
-from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Starts
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.point import Around, end_to_end, key_of, side_by_side
@@ -60,13 +60,6 @@ class Recorded:
 
     def _slopes(self, nuisance: Nuisance) -> FloatArray:
         around, term = self.nominal, nuisance.term
-        if any(one.candidate is term.candidate for one in around.always):
-            others = [one for one in around.always if one.candidate is not term.candidate]
-            columns = []
-            for i in term.candidate.moved:
-                at, step = term.at.copy(), term.candidate.coordinates[i].step
-                at[i] += step
-                moved = self.model.predict([*others, Term(term.candidate, at)])
-                columns.append((end_to_end(moved) - around.predicted) / step)
-            return np.stack(columns, axis=1)
+        if any(one is term for one in around.always):
+            return around.always_slopes(term)
         return around.slopes(term, around.predicted)
