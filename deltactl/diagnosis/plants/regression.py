@@ -338,6 +338,15 @@ class RegressionPlant:
         """The same as if it had been built with other care, each with its log prior odds."""
         return [(0.0, self)]
 
+    @property
+    def odds_of_care(self) -> float:
+        """Log prior odds that a machine is built with as much care as this one is taken for."""
+        return 0.0
+
+    def carefully(self) -> RegressionPlant | None:
+        """The same, built as its file says whatever is chosen; None where it is so already."""
+        return None
+
     def moved_to(self, best: Any) -> RegressionPlant:
         """The same with columns made at the sizes of an explanation, fitted to their end."""
         return self

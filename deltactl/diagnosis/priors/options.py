@@ -132,7 +132,7 @@ class PenaltyOptions:
     """Usual spreads within which an error is no fault by itself."""
     care: tuple[float, ...] = (1.0 / 60.0, 0.2, 1.0)
     """Shares of the usual tolerances that building may leave, of which the evidence decides,"""
-    careless: float = -4.0
+    careless: float = -2.0
     """and the log odds of each but the first: most machines are built as their file says."""
     most_careful: float = 1.0 / 60.0
     """Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,

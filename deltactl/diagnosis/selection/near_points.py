@@ -36,7 +36,7 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     instead = _in_place_of_names(plant) if many else None
     if instead is not None and _has_unknown(instead):
         return instead
-    named = _settled(plant, first)
+    named = _as_careful(_settled(plant, first))
     progress("what the named effects leave")
     beside = named[0].opened()
     if beside is None:
@@ -65,7 +65,19 @@ def _has_unknown(found: Found) -> bool:
 def _weighed(found: Found, noise: TemperedNoise) -> float:
     """Log evidence of the best set under a noise."""
     plant, _, weighed = found
-    return Laplace(plant, noise)(weighed.best.keys).log_evidence
+    return Laplace(plant, noise)(weighed.best.keys).log_evidence + plant.odds_of_care
+
+
+def _as_careful(found: Found) -> Found:
+    """The same, or what is chosen if the machine is built as its file says, by the evidence.
+
+    Where tolerances take part of an effect, its own best fit is not come to.
+    """
+    careful = found[0].carefully()
+    if careful is None:
+        return found
+    other = _settled(careful)
+    return max(found, other, key=lambda one: _weighed(one, found[0].own_noise))
 
 
 def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:

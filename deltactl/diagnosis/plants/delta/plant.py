@@ -52,6 +52,7 @@ class DeltaPlant(AnswerNearPoint):
 
     averages = True
     messy = True
+    _only_careful = False
 
     def __init__(
         self,
@@ -283,13 +284,27 @@ class DeltaPlant(AnswerNearPoint):
         """The same as if it had been built with other care, each with its log prior odds."""
         found = []
         _ = self.own_noise, self._columns  # once, before copies are made
+        if self._only_careful:
+            return [(0.0, self)]
         for care in PENALTIES.care:
             other = copy(self)
             other.careful = care
             other.__dict__.pop("_free", None)
-            odds = 0.0 if care == PENALTIES.most_careful else PENALTIES.careless
-            found.append((odds, self if care == self.careful else other))
+            found.append((other.odds_of_care, self if care == self.careful else other))
         return found
+
+    @property
+    def odds_of_care(self) -> float:
+        """See `RegressionPlant`."""
+        return 0.0 if self.careful == PENALTIES.most_careful else PENALTIES.careless
+
+    def carefully(self) -> DeltaPlant | None:
+        """See `RegressionPlant`."""
+        if self.careful == PENALTIES.most_careful:
+            return None
+        plain = DeltaPlant(self.recorded)
+        plain._only_careful = True
+        return plain
 
     def moved_to(self, explanation: Explanation) -> DeltaPlant:
         """The same near a set that was fitted to its end from what was found here."""
@@ -308,7 +323,9 @@ class DeltaPlant(AnswerNearPoint):
         around = Around(self.recorded.model, (), always)
         terms = fitted_to_end(around, self.observed, noise, white, start, others)
         kept_open = [self.unknown[key] for key in self.unknown]
-        return DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
+        there = DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
+        there._only_careful = self._only_careful
+        return there
 
     def _nuisances(self, explanation: Explanation) -> list[Term]:
         """Nuisances where they were fitted; what was measured before stays where it was."""
