@@ -32,7 +32,7 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     Names first; then what has no name competes with them, beside the names and in their place.
     """
     first = _as_built(plant)
-    many = len(first[2].best.keys) >= SELECTION.many_names
+    many = len(first[2].best.keys) >= SELECTION.many_names or first[0].odds_of_care < 0.0
     instead = _in_place_of_names(plant) if many else None
     if instead is not None and _has_unknown(instead):
         return instead
