@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SelectionOptions:
-    """For the posterior over sets (single axes and sensors); a delta's search is limited by
-    `priors.options.SearchOptions`.
-    """
+    """For the posterior over sets."""
 
     window: float = 12.0
     """Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
@@ -51,20 +49,11 @@ class CredibleOptions:
     """Chance that the search ended at a wrong set and nothing it compared around that shows it. Of
     111 claims that the comparison alone made with more than 0.95, on proof cases of two old seeds,
     three were wrong."""
-    same_place: float = 0.9
-    """Share of a name's change that acts where an unknown does, above which both have one place."""
     beside_in_place: float = 0.05
     """Chance that a name is a cause of its own in the place of an unknown: of 16 such claims in 105
     proof cases of seed 27182818, none was true. From the same cases are"""
     everywhere: float = 0.15
     """the odds that what is unknown acts on the whole machine, before names are counted,"""
-    names_imitate: float = 3.5
-    """by how much each name in another place makes them larger (4 of 7 names that stood alone there
-    were true, 5 of 31 in groups),"""
-    names_counted: int = 2
-    """and how many are: a robot may have several causes of its own."""
-    bare_steps: int = 2
-    """Levenberg-Marquardt steps without a spline term: what it took up moves the rest a little."""
 
 
 SELECTION = SelectionOptions()
