@@ -78,7 +78,7 @@ def chain(
     ```
     deltactl init chain arm.yaml --model arm.urdf
     deltactl init chain arm.yaml --model arm.urdf --effort-gain 11.9,11.9,9.8
-    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 4096 --zero-count 2048
+    deltactl init chain arm.yaml --model arm.urdf --microsteps-per-rev 4096
     deltactl init chain arm.yaml --model arm.urdf --poses 60 --motion
     ```
     """

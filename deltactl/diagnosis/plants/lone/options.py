@@ -40,7 +40,7 @@ class CommandedAxisOptions:
     most_followed_rows: int = 2000
     """Rows beyond which an axis tells no more: readings are correlated over many samples."""
     most_followed_samples: int = 10000
-    """Of a longer recording, stretches of so many samples together are used."""
+    """A longer recording is worked on in stretches that have so many samples together."""
     rows_a_lag: float = 2.0
     """Samples within a drive's usual lag that show how late it is; of more, every so many are used.
     """
