@@ -40,9 +40,9 @@ class Figure:
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> Figure:
         """The model error over time, before and after the findings, a panel for each reading."""
-        from deltactl.diagnosis.report.sizes import in_its_units
+        from deltactl.diagnosis.report.mismatch import drawn
 
-        picture, channels = diagnosis.picture, in_its_units(_channels)(diagnosis)
+        picture, channels = diagnosis.picture, drawn(diagnosis)
         if picture is None or not channels:
             return cls(_whole(60.0, ['<text x="20" y="34">There is nothing to draw.</text>']))
         height = TOP + BOTTOM + len(channels) * (PANEL + GAP) - GAP
@@ -74,14 +74,6 @@ def ticks(low: float, high: float, most: int) -> list[float]:
     step = next(size * power for size in STEPS if size * power >= rough * (1.0 - 1e-9))
     first = math.ceil(low / step - 1e-9)
     return [number * step for number in range(first, math.floor(high / step + 1e-9) + 1)]
-
-
-def _channels(diagnosis: Diagnosis) -> list[Mismatch]:
-    """What is drawn of an answer, in the units that texts have at the time."""
-    from deltactl.diagnosis.report.mismatch import mismatches
-
-    picture = diagnosis.picture
-    return [] if picture is None else mismatches(picture, not diagnosis.findings)
 
 
 def _whole(height: float, parts: Sequence[str]) -> str:

@@ -23,7 +23,7 @@ from deltactl.diagnosis.report.finding import stretches
 from deltactl.diagnosis.report.fit import Pair, pair_bars
 from deltactl.diagnosis.report.names import channel as channel_name
 from deltactl.diagnosis.report.names import count, followed, part
-from deltactl.diagnosis.report.sizes import covariate_unit, scale_of
+from deltactl.diagnosis.report.sizes import covariate_unit, in_its_units, scale_of
 from deltactl.diagnosis.report.templates import say
 from deltactl.models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis
 
@@ -59,7 +59,7 @@ PLACES = frozenset(
 def mismatch_sections(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
     """Sections by time, place and regime; one sentence where there is nothing to draw."""
     picture = diagnosis.picture
-    channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
+    channels = drawn(diagnosis)
     if picture is None or not channels:
         return [heading(say("chart.mismatch")), paragraph(say("chart.nothing"), "note")]
     return [
@@ -67,6 +67,13 @@ def mismatch_sections(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
         *_by_place(diagnosis, picture, channels, robot),
         *_by_regime(diagnosis, picture, channels),
     ]
+
+
+@in_its_units
+def drawn(diagnosis: Diagnosis) -> list[Mismatch]:
+    """The channels of an answer that are drawn, in its units; none without a picture."""
+    picture = diagnosis.picture
+    return [] if picture is None else mismatches(picture, not diagnosis.findings)
 
 
 def mismatches(picture: Picture, found_nothing: bool = False) -> list[Mismatch]:

@@ -19,7 +19,9 @@ from deltactl.recording.tables.flat import GAP_PERIODS, FlatRecording
 STRETCHES = 10
 """One in each tenth: what changes over hours shows in their order."""
 LED_IN = 0.2
-"""Share of a stretch's rows that lead a command to it: some moves, at ten times the period."""
+"""Share of a stretch's rows that come before it, for the moves that lead to it."""
+LEAD_EVERY = int(GAP_PERIODS) // 2
+"""Every so many rows lead to a stretch: half of what would be a gap."""
 APART = int(GAP_PERIODS) + 1
 """Rows between two stretches, so that each is one."""
 MOVES = ("steps_", "command", "theta_", "position", "distance")
@@ -30,8 +32,9 @@ def excerpt(
 ) -> FlatRecording:
     """The recording itself, or stretches of it with `most` rows together.
 
-    every: so many rows. led_in: readings of a machine whose state hangs on its command before; each
-    stretch begins with rows further apart, in which these are blank.
+    every: only every so many rows are looked at. led_in: columns of readings, where the state of a
+    machine depends on earlier commands; each stretch then begins with some of the rows before it,
+    in which these columns are empty.
     """
     rows = recording.rows(slice(None, None, every)) if every > 1 else recording
     if len(rows) <= most:
@@ -50,14 +53,14 @@ def excerpt(
 
 def _chosen(recording: FlatRecording, length: int, leading: int) -> tuple[IntArray, IntArray]:
     """Rows of the stretches, with a gap between each and the next, and those that lead to them."""
-    count, apart = len(recording), int(GAP_PERIODS) // 2
+    count = len(recording)
     moved = np.concatenate([[0.0], np.cumsum(_moving(recording))])
     edges = np.linspace(0, count, STRETCHES + 1).astype(int)
     found, leads, free = [], [], 0
     for begin, end in itertools.pairwise(edges.tolist()):
         first = np.arange(begin, max(begin + 1, end - length - APART))
         best = int(first[np.argmax(moved[first + length - 1] - moved[first])])
-        lead = best - apart * np.arange(leading, 0, -1)
+        lead = best - LEAD_EVERY * np.arange(leading, 0, -1)
         leads.append(lead[lead >= free])
         free = min(best + length, count)
         found.append(np.arange(best, free))
@@ -70,7 +73,6 @@ def _moving(recording: FlatRecording) -> FloatArray:
     total = np.zeros(len(recording) - 1)
     for name, values in recording.columns.items():
         if name.startswith(MOVES):
-            step = np.abs(np.nan_to_num(np.diff(values)))
-            # Not the size: a reading that leaps would draw all stretches to it.
-            total += step > 0.0
+            # Not by how much: all stretches would lie around a reading that leaps.
+            total += np.nan_to_num(np.diff(values)) != 0.0
     return total

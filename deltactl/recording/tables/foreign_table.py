@@ -106,9 +106,9 @@ def read_table(
 def _of_numbers(
     text: str, skip_lines: int, heading: Sequence[str], separator: str, decimal: str
 ) -> ForeignTable | None:
-    """A table of numbers alone, block by block; None where a line needs a closer look.
+    """Read a table that holds only numbers, block by block; None where it holds anything else.
 
-    A log of a day has millions of lines, whose cells one by one take minutes.
+    A day's log has millions of lines, which take minutes cell by cell.
     """
     first = skip_lines + (not heading)
     *above, body = text.rstrip("\n").split("\n", first)

@@ -22,14 +22,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import (
-    DELAY,
-    Columns,
-    Draws,
-    Regressor,
-    Shown,
-    Sizes,
-)
+from deltactl.diagnosis.plants.regression import DELAY, Columns, Draws, Regressor, Shown, Sizes
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -144,7 +137,6 @@ class ChainPlant(JointEfforts):
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
-        late = {"sizes": late_sizes(JOINT_S, period_s), "starts": JOINT_STARTS_S}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
@@ -152,7 +144,10 @@ class ChainPlant(JointEfforts):
             "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
-            "lag": off(clocks_apart_s(period_s), saturated=False, **late),
+            "lag": off(
+                clocks_apart_s(period_s), saturated=False,
+                sizes=late_sizes(JOINT_S, period_s), starts=JOINT_STARTS_S,
+            ),
             "limit": self._limits[joint].differs,
         }  # fmt: skip
         return table.get(key, by_gain)

@@ -42,8 +42,7 @@ class CommandedAxisOptions:
     most_followed_samples: int = 10000
     """A longer recording is worked on in stretches that have so many samples together."""
     rows_a_lag: float = 2.0
-    """Samples within a drive's usual lag that show how late it is; of more, every so many are used.
-    """
+    """Samples within a drive's usual lag that are enough to show how late it is."""
     moving_share: float = 0.05
     """Share of the top speed above which a row counts as in motion."""
     settling_lags: float = 3.0

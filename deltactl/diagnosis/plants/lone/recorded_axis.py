@@ -298,9 +298,9 @@ def prepared(recordings: Sequence[FlatRecording]) -> list[FlatRecording]:
 
 
 def _thinned(recording: FlatRecording) -> FlatRecording:
-    """Every so many rows, as long as they show how late a drive is; beyond that, stretches.
+    """Leave rows out while the others show how late a drive is, then use whole stretches.
 
-    Rows that are further apart never showed it.
+    Rows that are too far apart for that from the start are left out evenly.
     """
     most = COMMANDED_AXIS.most_followed_samples
     every = max(-(-len(recording) // most), 1)
