@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.assessment.significance import _change
+from deltactl.diagnosis.assessment.significance import _changes
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.tempering import saturated_noise
 from deltactl.diagnosis.observations.outliers import gross_outliers
@@ -84,7 +84,7 @@ def test_evidence_under_wider_priors_is_that_of_a_fit_with_them() -> None:
     for keys in ((), ("offset",), ("offset", "scale", "crosstalk")):
         narrow, other = Laplace(plain, noise)(keys), Laplace(wide, noise)(keys)
         expected = other.log_evidence - narrow.log_evidence
-        assert _change(narrow, by_key, 3.0) == pytest.approx(expected, abs=1e-6)
+        assert _changes(narrow, by_key, [3.0])[0] == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_faint_effect_says_how_it_hangs_on_the_priors() -> None:

@@ -4,31 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.plants.candidate import Term
-from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.priors.options import PENALTIES
-from deltactl.diagnosis.priors.tolerances import within_tolerance
-from deltactl.models.effects import card_of
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording
 
 pytestmark = pytest.mark.study
 
 Record = Callable[..., FlatRecording]
-
-
-def test_what_is_usual_is_a_wrong_size_within_its_spread(delta: DeltaRobot, record: Record) -> None:
-    model = DeltaModel(delta, [record(seconds=10.0)])
-    own = {c.effect: c for c in model.candidates}
-    most_m = PENALTIES.within * (card_of("forearm_length").build_spread or 0.0)
-    assert within_tolerance(model, Term(own["forearm_length"], np.array([0.99 * most_m])))
-    assert not within_tolerance(model, Term(own["forearm_length"], np.array([-1.01 * most_m])))
-    backlash = own["gear_backlash"]
-    assert not within_tolerance(model, Term(backlash, np.array(backlash.shapes[0].origin)))
 
 
 def test_a_late_sensor_is_not_taken_for_the_usual_lateness(

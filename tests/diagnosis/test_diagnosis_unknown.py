@@ -9,7 +9,7 @@ import pytest
 
 from deltactl.diagnosis.answer.records import Finding
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.estimation.splines import way
+from deltactl.diagnosis.plants.delta.unknown import way
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.robot import DeltaRobot, EffectEntry
 from deltactl.recording.tables.flat import FlatRecording

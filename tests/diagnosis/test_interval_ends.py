@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from hypothesis import strategies as st
 
 from deltactl.diagnosis.answer.records import ParameterResult
 from deltactl.diagnosis.assessment.intervals import NORMAL_95, parameters, spreads
-from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.candidates import candidates_of
 
@@ -97,15 +94,11 @@ def test_a_wave_is_as_well_known_whatever_its_phase(phase: float, spread: float)
 
 def test_sizes_that_make_up_for_each_other_spread_together() -> None:
     """Dead time and time constant share a lag: their sum is known, what each has of it is not."""
-    names = ("following_lag", "home_offset")
-    candidates = [candidates_of(name, travel_rad=2.0, span_s=60.0)[0] for name in names]
-    terms = [Term(candidates[0], np.array([0.07, 0.06])), Term(candidates[1], np.array([0.01]))]
-    factor = np.array([[8e-3, 0.0, 0.0], [-8e-3, 1e-3, 0.0], [0.0, 2e-4, 1e-4]])
-    slices = (slice(0, 2), slice(2, 3))
-    solution = SimpleNamespace(terms=terms, columns_of=slices.__getitem__)
-    lag, home = spreads(cast(Solution, solution), factor @ factor.T)
-    rows = np.zeros((3, 3))
-    for row, found in zip(rows, (lag["time"], lag["dead_time"], home["angle"]), strict=True):
+    candidate = candidates_of("following_lag", travel_rad=2.0, span_s=60.0)[0]
+    factor = np.array([[8e-3, 0.0], [-8e-3, 1e-3]])
+    lag = spreads(Term(candidate, np.array([0.07, 0.06])), factor @ factor.T)
+    rows = np.zeros((2, 2))
+    for row, found in zip(rows, (lag["time"], lag["dead_time"]), strict=True):
         row[: len(found)] = found
     np.testing.assert_allclose(rows @ rows.T, factor @ factor.T, rtol=0.02, atol=1e-9)
     assert np.linalg.norm(rows[0] + rows[1]) == pytest.approx(1e-3, rel=0.1)
@@ -114,6 +107,5 @@ def test_sizes_that_make_up_for_each_other_spread_together() -> None:
 @pytest.mark.parametrize(("name", "at"), [("frame_tilt", [0.0] * 3), ("joint_compliance", [0.0])])
 def test_what_has_no_size_of_one_number_has_no_spread(name: str, at: list[float]) -> None:
     """A vector alone, or a shaft that does not yield."""
-    terms = [Term(candidates_of(name, travel_rad=2.0, span_s=60.0)[0], np.array(at))]
-    solution = SimpleNamespace(terms=terms, columns_of=lambda number: slice(0, len(at)))
-    assert spreads(cast(Solution, solution), np.eye(len(at))) == [{}]
+    term = Term(candidates_of(name, travel_rad=2.0, span_s=60.0)[0], np.array(at))
+    assert spreads(term, np.eye(len(at))) == {}

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from deltactl.diagnosis.estimation.least_squares import Fitter
+
 from deltactl.diagnosis.estimation.noise import estimate
 from deltactl.diagnosis.experiment.ties import Tie
 from deltactl.diagnosis.plants.candidate import Term

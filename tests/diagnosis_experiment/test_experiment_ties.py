@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-
 from deltactl.diagnosis.estimation.least_squares import Fitter
+
 from deltactl.diagnosis.experiment import Proposal, Tie, next_experiment
 from deltactl.diagnosis.experiment.design import EXPERIMENT, contains
 from deltactl.diagnosis.plants.delta.model import DeltaModel

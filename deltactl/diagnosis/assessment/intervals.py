@@ -2,51 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from deltactl.diagnosis.answer.records import ParameterResult
-from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.estimation.estimate import Solution, scaled_covariance
-from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.priors.tolerances import giving_way, pull
 
 NORMAL_95 = 1.959964
 STRAIGHT = 1e-5
 """Along so much of a standard deviation every size changes in proportion."""
-
-
-def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
-    """Covariance of all fitted numbers: the larger of the plain one and the sandwich over blocks of
-    time.
-
-    The sandwich (bread, meat of block sums, bread) is scaled on to the plain one's shape by the
-    ratio of standard deviations, so that it can only widen an interval. What no robot file can
-    promise (`exactness.py`) comes on top.
-    """
-    rows = fitter.rows
-    tangent, residual = solution.tangent, solution.residual
-    if not tangent.shape[1]:  # nothing is missing, and readings of angles have no nuisances
-        return np.zeros((0, 0))
-    bread, scale = scaled_covariance(tangent)
-    scaled = tangent / scale
-    blocks = fitter.blocks
-    product = scaled[:rows] * residual[:rows, None]
-    sums = np.stack([np.bincount(blocks, weights=column) for column in product.T], axis=1)
-    count = max(len(sums) - 1, 1)
-    meat = sums.T @ sums * (len(sums) / count) + scaled[rows:].T @ scaled[rows:]
-    sandwich = bread @ meat @ bread
-    ratio = np.sqrt(np.maximum(np.diag(sandwich), 1e-300) / np.maximum(np.diag(bread), 1e-300))
-    widen = np.clip(ratio, 1.0, 3.0)
-    cov: FloatArray = bread * np.outer(widen, widen) / np.outer(scale, scale)
-    pulled = pull(fitter, solution, bread / np.outer(scale, scale))
-    cov += pulled @ pulled.T + np.diag(giving_way(solution))
-    return cov
 
 
 def parameters(
@@ -96,14 +62,13 @@ def _ends(candidate: Candidate, term: Term, number: int, spread: float) -> tuple
     return low, high
 
 
-def spreads(solution: Solution, cov: FloatArray) -> list[dict[str, list[float]]]:
-    """See `Finding.spread`, for each term; cov: of all fitted numbers."""
-    ways = _independent(cov)
-    every = [_along(t, ways[:, solution.columns_of(k)]) for k, t in enumerate(solution.terms)]
-    rows = np.array([row for own in every for row in own.values()]).reshape(-1, len(ways))
+def spreads(term: Term, cov: FloatArray) -> dict[str, list[float]]:
+    """See `Finding.spread`; cov: of the moved coordinates."""
+    own = _along(term, _independent(cov))
+    rows = np.array(list(own.values())).reshape(-1, len(cov))
     together = iter(np.linalg.qr(rows.T)[1].T)
-    trimmed = [{name: np.trim_zeros(next(together), "b") for name in own} for own in every]
-    return [{n: [float(f"{x:.3g}") for x in row] for n, row in own.items()} for own in trimmed]
+    trimmed = {name: np.trim_zeros(next(together), "b") for name in own}
+    return {name: [float(f"{x:.3g}") for x in row] for name, row in trimmed.items()}
 
 
 def _independent(cov: FloatArray) -> FloatArray:
@@ -124,74 +89,3 @@ def _along(term: Term, ways: FloatArray) -> dict[str, FloatArray]:
         for name, value in term.candidate.values(term.at).items()
         if not np.ndim(value) and np.isfinite(value) and name not in term.candidate.fixed
     }
-
-
-LOSS_95 = 3.841
-"""95 % point of chi-square with one degree of freedom."""
-
-
-def by_profile(
-    fitter: Fitter, solution: Solution, number: int, cov: FloatArray
-) -> dict[str, tuple[float, float]] | None:
-    """Interval of each parameter of term `number`; None where the straight ones will do.
-
-    cov: covariance of the term's moved coordinates, widened as the sandwich asks.
-    """
-    term = solution.terms[number]
-    moved = term.candidate.moved
-    hows = [term.candidate.coordinates[i].how for i in moved]
-    spread = np.sqrt(np.maximum(np.diag(cov), 0.0))
-    bent = [how == "log" and s > ASSESSMENT.bent for how, s in zip(hows, spread, strict=True)]
-    if len(moved) != 2 or sorted(hows) != ["log", "plain"] or not any(bent):
-        return None
-    own = np.diag(solution.covariance)[solution.columns_of(number)]
-    widen = np.clip(spread**2 / np.maximum(own, 1e-300), 1.0, 9.0)
-    ends = fitter.side_by_side(
-        [
-            partial(_end, fitter, solution, number, i, side * one, LOSS_95 * wide)
-            for i, one, wide in zip(moved, spread.tolist(), widen.tolist(), strict=True)
-            for side in (-1.0, 1.0)
-        ]
-    )
-    found = {}
-    for place, i in enumerate(moved):
-        both = ends[2 * place : 2 * place + 2]
-        low, high = (float(np.exp(x)) if hows[place] == "log" else x for x in both)
-        found[term.candidate.coordinates[i].parameter] = (low, high)
-    return found
-
-
-def _end(
-    fitter: Fitter, solution: Solution, number: int, i: int, spread: float, loss: float
-) -> float:
-    """Where coordinate `i` may be held on one side before the refit loses too much."""
-    term = solution.terms[number]
-    coordinate, start = term.candidate.coordinates[i], float(term.at[i])
-    reach, near = float(np.sqrt(loss)) * spread, solution
-    end = float(start + reach)
-    for _ in range(ASSESSMENT.profile_tries):
-        end = float(np.clip(start + reach, coordinate.low, coordinate.high))
-        held = _held(near.terms[number], i, end)
-        terms = (*near.terms[:number], held, *near.terms[number + 1 :])
-        near = fitter.solve(
-            terms, near.frees, near.nuisances, ASSESSMENT.profile_steps, solution.named_tangent
-        )
-        lost = max(near.cost - solution.cost, 1e-3 * loss)
-        at_bound = end in (coordinate.low, coordinate.high)
-        if abs(lost / loss - 1.0) < ASSESSMENT.profile_close or (at_bound and lost < loss):
-            break
-        further = (end - start) * float(np.clip(np.sqrt(loss / lost), 0.4, 2.0))
-        furthest = ASSESSMENT.profile_furthest * abs(spread)
-        reach = float(np.clip(further, -furthest, furthest))
-        if reach == end - start:
-            break
-    return end
-
-
-def _held(term: Term, i: int, value: float) -> Term:
-    """The term with one coordinate that cannot move from a value."""
-    coordinates = list(term.candidate.coordinates)
-    coordinates[i] = replace(coordinates[i], low=value, high=value)
-    at = term.at.copy()
-    at[i] = value
-    return Term(replace(term.candidate, coordinates=tuple(coordinates)), at)

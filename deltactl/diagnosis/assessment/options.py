@@ -20,8 +20,6 @@ class AssessmentOptions:
     variance to a factor of two."""
     power: float = 0.8
     """Share of such recordings in which an effect at its detection limit raises the alarm."""
-    taken_up: float = 0.9
-    """Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
     starts: float = 3.0
     """Independent tests that a regressor counts for which was searched at no moment or period."""
     unlikely: float = 0.05
@@ -30,8 +28,6 @@ class AssessmentOptions:
     foretold: float = 0.5
     """Share of the model error of blocks left out: less than this left says more than the test,
     where the evidence, too, is that sure."""
-    bent: float = 0.15
-    """Standard deviation of a logarithm from which on its interval follows the likelihood."""
     share_of_axis: float = 0.2
     """Share of a finding's power that a channel must show to be named with it."""
     carried_pieces: int = 6
@@ -61,14 +57,6 @@ class AssessmentOptions:
     clearly_off: float = 3.0
     """Standard deviations from which on the size of a build tolerance is reported: of the twenty
     that are fitted, one is two off by chance."""
-    profile_tries: int = 4
-    """Refits by which each end of an interval that follows the likelihood is looked for."""
-    profile_close: float = 0.1
-    """Share of the loss wanted: an end this near to it is near enough."""
-    profile_furthest: float = 6.0
-    """Standard deviations of the straight interval beyond which no end is looked for."""
-    profile_steps: int = 3
-    """Steps of each refit along the profile, which begins next to its solution."""
     fewest_readings: int = 50
     """Readings of a channel below which no correlation is reported: 50 show it to 0.14."""
     apart_periods: float = 5.0

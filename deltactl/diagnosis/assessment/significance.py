@@ -85,9 +85,8 @@ def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
     """Each regressor whose probability depends on the spread of the priors."""
     found = []
     by_key = {r.key: r for r in selected.plant.regressors}
-    narrower = probabilities(selected, 1.0 / SIZE_PRIORS.known_to)
-    wider = probabilities(selected, SIZE_PRIORS.known_to)
-    here = probabilities(selected, 1.0)
+    factors = (1.0 / SIZE_PRIORS.known_to, SIZE_PRIORS.known_to, 1.0)
+    narrower, wider, here = probabilities(selected, factors)
     for key in sorted(selected.best.found & here.keys()):
         now = here[key]
         if max(abs(narrower[key] - now), abs(wider[key] - now)) > ASSESSMENT.matters:
@@ -124,36 +123,46 @@ def as_found(
     return told
 
 
-def probabilities(selected: Selected, factor: float) -> dict[str, float]:
-    """Posterior of each regressor in the counted sets under spreads times a factor."""
+def probabilities(selected: Selected, factors: Sequence[float]) -> list[dict[str, float]]:
+    """Posterior of each regressor in the counted sets, under spreads times each factor."""
     by_key = {r.key: r for r in selected.plant.regressors}
     counted = [e for e in selected.posterior.explanations if np.isfinite(e.log_evidence)]
-    evidence = np.array([e.log_evidence + _change(e, by_key, factor) for e in counted])
-    weights = np.exp(evidence - evidence.max())
-    weights /= weights.sum()
+    changes = np.array([_changes(e, by_key, factors) for e in counted])
     keys = sorted(set().union(*(e.keys for e in counted)))
-    return {
-        key: float(sum(w for e, w in zip(counted, weights, strict=True) if key in e.keys))
-        for key in keys
-    }
+    found = []
+    for change in changes.T:
+        evidence = np.array([e.log_evidence for e in counted]) + change
+        weights = np.exp(evidence - evidence.max())
+        weights /= weights.sum()
+        pairs = list(zip(counted, weights, strict=True))
+        found.append({key: float(sum(w for e, w in pairs if key in e.keys)) for key in keys})
+    return found
 
 
-def _change(explanation: Explanation, by_key: dict[str, Regressor], factor: float) -> float:
+def _changes(
+    explanation: Explanation, by_key: dict[str, Regressor], factors: Sequence[float]
+) -> list[float]:
     """By how much the log evidence of a set changes with the spreads of its sizes."""
-    scale = np.where(_has_spread(explanation, by_key), factor, 1.0)
-    theta = np.where(scale == factor, _in_spreads(explanation), 0.0)
-    target = explanation.white + explanation.tangent @ theta
-    return _log_evidence(explanation.tangent * scale, target) - _log_evidence(
-        explanation.tangent, target
-    )
+    has_spread, sizes = np.array(_has_spread(explanation, by_key)), _in_spreads(explanation)
+    gram = explanation.tangent.T @ explanation.tangent
+    along = explanation.tangent.T @ explanation.white
+    found = []
+    for factor in factors:
+        scale = np.where(has_spread, factor, 1.0)
+        target = along + gram @ np.where(has_spread & (factor != 1.0), sizes, 0.0)
+        now = _log_evidence(gram * np.outer(scale, scale), scale * target)
+        found.append(now - _log_evidence(gram, target))
+    return found
 
 
-def _log_evidence(shapes: FloatArray, target: FloatArray) -> float:
-    """Log evidence of a linear model whose sizes have unit spread, but for a constant."""
-    gram = np.eye(shapes.shape[1]) + shapes.T @ shapes
-    along = shapes.T @ target
-    explained = float(along @ np.linalg.solve(gram, along))
-    return 0.5 * (explained - float(np.linalg.slogdet(gram)[1]))
+def _log_evidence(gram: FloatArray, along: FloatArray) -> float:
+    """Log evidence of a linear model whose sizes have unit spread, but for a constant.
+
+    gram: products (p, p) of the shapes; along: with the model error, (p,).
+    """
+    known = np.eye(len(gram)) + gram
+    explained = float(along @ np.linalg.solve(known, along))
+    return 0.5 * (explained - float(np.linalg.slogdet(known)[1]))
 
 
 def _has_spread(explanation: Explanation, by_key: dict[str, Regressor]) -> list[bool]:

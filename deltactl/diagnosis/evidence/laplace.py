@@ -93,7 +93,7 @@ class Laplace:
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = {}
         self._products = Products()
-        self._target = Target(np.zeros(0), np.zeros(0))
+        self._targets: dict[int, Target] = {}
 
     @property
     def evaluated(self) -> list[Explanation]:
@@ -150,15 +150,16 @@ class Laplace:
         What is new joins one regressor after another, in the plant's order: after each, the
         cheapest few go on (a beam search). All combinations would be thousands.
         """
-        left = self.plant.observed - self.plant.base(frozenset(), {})
-        points: list[Point] = [{}]
-        if part is not None:
-            left, points = part.residual, [dict(part.sizes)]
+        points: list[Point] = [{} if part is None else dict(part.sizes)]
         new = [
             key
             for key in self.by_key
             if key in keys and self.by_key[key].sizes and (part is None or key not in part.keys)
         ]
+        if not new:
+            return points[0]
+        nominal = self.plant.base(frozenset(), {})
+        left = self.plant.observed - nominal if part is None else part.residual
         for number, key in enumerate(new):
             starts = self._with_none_of_it(key, self.plant.starts(key, left))
             points = [{**point, **start} for point in points for start in starts]
@@ -255,10 +256,15 @@ class Laplace:
 
     def _whitened(self, keys: frozenset[str], point: Point) -> tuple[Target, list[Block]]:
         base = self.plant.base(keys, point)
-        if base is not self._target.base:  # most sets share one
-            self._target = Target(base, self.noise.whiten(self.plant.observed - base))
+        target = self._targets.get(id(base))  # most sets share one, or one of a few
+        if target is None:
+            target = Target(base, self.noise.whiten(self.plant.observed - base))
+            self._targets = {**self._last_targets(), id(base): target}
         columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
-        return self._target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+        return target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+
+    def _last_targets(self) -> dict[int, Target]:
+        return dict(list(self._targets.items())[1 - EVIDENCE.targets_kept :])
 
     def _block(self, key: str, columns: Columns) -> Block:
         """Whitened columns times their spreads; kept, since most are the same at every point."""
@@ -316,6 +322,8 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
+        if len(keys) > 1 and self.plant.is_messy(keys):
+            volume += self._charged(theta, known, blocks)
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -326,6 +334,30 @@ class Laplace:
             spreads=np.concatenate([spreads, [size.spread for _, size in moved]]),
             target=target.white, theta=theta,
         )  # fmt: skip
+
+    def _charged(self, theta: FloatArray, known: FloatArray, blocks: Sequence[Block]) -> float:
+        """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald), and
+        what each by itself does where nothing without a name takes part of that.
+        """
+        ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
+        parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
+        covariance, first = np.linalg.inv(known), int(ends[-1])
+        named = np.ones(first, dtype=bool)
+        for key, part in parts.items():
+            named[part] = not key or not self.by_key[key].unknown
+        alone = theta[:first].copy()
+        if not named.all():
+            along = known[:first, :first] @ alone
+            alone[named] = np.linalg.solve(
+                known[:first, :first][np.ix_(named, named)], along[named]
+            )
+        gains: dict[str, tuple[float, float]] = {}
+        for key, part in parts.items():
+            if key:
+                gram, size = known[part, part], alone[part]
+                gain = theta[part] @ np.linalg.solve(covariance[part, part], theta[part])
+                gains[key] = float(gain), float(size @ (gram @ size - size))
+        return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""

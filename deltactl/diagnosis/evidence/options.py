@@ -105,6 +105,8 @@ class EvidenceOptions:
     # The fit of one set of regressors.
     starts_kept: int = 4
     """Starts of a set that go on while its regressors join one after another."""
+    targets_kept: int = 8
+    """Model errors, by predictions of what is not linear, whose scalar products are kept."""
     most_fit_steps: int = 14
     """Gauss-Newton steps at which a fit is given up; it ends earlier by `fit_gain`."""
     fit_gain: float = 0.02

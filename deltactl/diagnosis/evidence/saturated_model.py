@@ -7,14 +7,13 @@ is seen on noise drawn from the estimate itself and treated in the same way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh, lu_factor, lu_solve
 
-from deltactl.diagnosis.estimation.least_squares import Fitter
 from deltactl.diagnosis.estimation.noise import (
     AR_ORDER,
     ChannelNoise,
@@ -24,59 +23,21 @@ from deltactl.diagnosis.estimation.noise import (
 )
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
-from deltactl.diagnosis.score_tests.library import Library
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
 
 
-class Saturated:
-    """Least squares of all columns of a whitened library together.
+class SaturatedFit(Protocol):
+    """A fit of many columns at once."""
 
-    Of a short recording only those directions in which the columns differ most, so many that a
-    column has `readings_a_column` readings at least: what is wrong with a machine is mostly there,
-    and enough is left to see the noise by.
-    """
-
-    def __init__(self, library: Library, fitter: Fitter):
-        gram = library.gram()
-        self.library = library
-        self.fitter = fitter
-        self.scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-        matrix = gram / np.outer(self.scale, self.scale) + EVIDENCE.ridge * np.eye(len(gram))
-        directions = library.white.shape[0] // EVIDENCE.readings_a_column
-        self.is_cut = directions < len(matrix)
-        """Whether too little was read for all directions."""
-        if self.is_cut:
-            self._solve = _of_largest(matrix, directions)
-        else:
-            self._solve = partial(lu_solve, lu_factor(matrix, overwrite_a=True))
+    is_cut: bool
+    readings: Readings
 
     def __call__(self, residual: FloatArray) -> FloatArray:
-        """What the whole library explains of residuals, (n, channels) or (n, channels, k)."""
-        white = self.fitter.whiten(residual).astype(np.float32)
-        along = np.asarray(self.library.white.T @ white, dtype=np.float64)
-        weights = (self._solve((along.T / self.scale).T).T / self.scale).T
-        return self.library.explained(weights)
+        """What it explains of residuals, (n, channels) or (n, channels, k)."""
+        ...
 
 
-def _of_largest(matrix: FloatArray, count: int) -> Callable[[FloatArray], FloatArray]:
-    """The inverse of a symmetric matrix on its `count` largest directions."""
-    size = len(matrix)
-    try:
-        values, vectors = eigh(matrix, subset_by_index=(size - count, size - 1))
-    except LinAlgError:
-        # Columns that only repeat each other make clusters of eigenvalues, at which LAPACK's
-        # quickest driver for a subset can give up; that for all of them does not.
-        values, vectors = (part[..., size - count :] for part in eigh(matrix, driver="evd"))
-
-    def solve(right: FloatArray) -> FloatArray:
-        along = vectors.T @ right
-        found: FloatArray = vectors @ (along.T / values).T
-        return found
-
-    return solve
-
-
-def given_back(fit: Saturated, left: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
+def given_back(fit: SaturatedFit, left: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
     """The noise of which a fit leaves what was seen, by its memory and its spread.
 
     left: what was estimated from the residual of the fit. Also how many times larger than what is
@@ -131,9 +92,11 @@ def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> Channe
     return replace(noise, phi=noise.phi - total / AR_ORDER)
 
 
-def _before_the_fit(fit: Saturated, left: Whitener, noise: Whitener, valid: BoolArray) -> _Before:
+def _before_the_fit(
+    fit: SaturatedFit, left: Whitener, noise: Whitener, valid: BoolArray
+) -> _Before:
     """What is left, with what the fit takes from draws of a noise given back to it."""
-    readings = fit.fitter.model.readings
+    readings = fit.readings
     rng = np.random.default_rng(EVIDENCE.noise_seed)
     draws = EVIDENCE.noise_draws
     drawn = np.stack([noise.drawn(rng, len(readings.t_s)) for _ in range(draws)], axis=2)

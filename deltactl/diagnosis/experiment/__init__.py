@@ -4,7 +4,7 @@ In: tied explanations, the noise of the recording, and the runs that the plant o
 (`plants.next_run`). Out: the run that tells most of them apart, as a job, and what it leaves open.
 """
 
-from deltactl.diagnosis.experiment.propose import Proposal, next_experiment, propose, write_job
+from deltactl.diagnosis.experiment.propose import Proposal, next_experiment, write_job
 from deltactl.diagnosis.experiment.ties import Tie
 
-__all__ = ["Proposal", "Tie", "next_experiment", "propose", "write_job"]
+__all__ = ["Proposal", "Tie", "next_experiment", "write_job"]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.noise import ChannelNoise, Whitener, history
 from deltactl.diagnosis.experiment.ties import Explanation, Key, Tie
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
@@ -48,7 +47,7 @@ class Run:
         self.model = candidate.model
         self._whiten = _noise(self.model.readings, recorded, noise, candidate.period_s)
         self._columns: dict[tuple[Key, int], FloatArray] = {}
-        self._known: dict[Solution, tuple[FloatArray, bool]] = {}
+        self._known: dict[Explanation, tuple[FloatArray, bool]] = {}
 
     def seen(self, terms: Sequence[Term]) -> FloatArray:
         """Whitened readings (m,) with the terms at work."""
@@ -58,11 +57,11 @@ class Run:
         """Whitened readings (m,) of an explanation as it was fitted, and whether the machine
         holds together all along with it.
         """
-        if explanation.solution not in self._known:
-            predicted = self.model.predict(_lasting(explanation.everything))
+        if explanation not in self._known:
+            predicted = self.model.predict(_lasting(explanation.terms))
             whole = self.candidate.holds_together(predicted)
-            self._known[explanation.solution] = self._whiten(predicted), whole
-        return self._known[explanation.solution]
+            self._known[explanation] = self._whiten(predicted), whole
+        return self._known[explanation]
 
     def tangent(self, terms: Sequence[Term], here: FloatArray, fresh: set[Key]) -> FloatArray:
         """Whitened derivatives (m, p); those of terms outside `fresh` are worked out only once.
@@ -118,12 +117,10 @@ def expected(
 
     steps: refits after the first linear one that are checked against the chain itself.
     """
-    own = {t.candidate.key for t in alternative.solution.terms} - {
-        t.candidate.key for t in truth.solution.terms
-    }
+    own = {t.candidate.key for t in alternative.terms} - {t.candidate.key for t in truth.terms}
     target, weight = run.of(truth)[0], float(np.sqrt(repeats))
     at = best_at = alternative.at
-    terms, here = alternative.everything, run.of(alternative)[0]
+    terms, here = alternative.terms, run.of(alternative)[0]
     left = weight * (target - here)
     best = float(left @ left)
     for _ in range(steps):

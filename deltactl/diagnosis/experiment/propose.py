@@ -13,14 +13,12 @@ import numpy as np
 import yaml
 
 from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
-from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.estimation.noise import Whitener
 from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.experiment.design import EXPERIMENT, Run, both_ways
 from deltactl.diagnosis.experiment.ties import Sides, Tie
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
 from deltactl.diagnosis.plants.next_run import NextRuns
-from deltactl.diagnosis.selection.ambiguity import Standing
 from deltactl.foundation.plain_file import write_whole
 
 
@@ -75,23 +73,6 @@ class _Rated:
     def least(self) -> float:
         """Smallest evidence among those that are enough."""
         return float(self.evidence[self.enough].min())
-
-
-def propose(
-    recorded: Readings,
-    noise: Whitener,
-    stands: Sequence[Standing],
-    solution: Solution,
-    next_runs: NextRuns | None,
-) -> Proposal:
-    """The next experiment of a diagnosis: one tie for every alternative that was fitted.
-
-    next_runs: what the machine may do; None where nobody can tell it to do anything.
-    """
-    if next_runs is None:
-        return Proposal(None)
-    ties = [Tie.of(solution, alternative) for stand in stands for alternative in stand.refits]
-    return next_experiment(recorded, noise, ties, next_runs)
 
 
 def next_experiment(

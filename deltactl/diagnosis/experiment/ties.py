@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.estimate import Solution
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Term
 
@@ -18,37 +17,25 @@ Sides = tuple[list[str], list[str]]
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """A fitted set of terms; what the recording says of their coordinates is `root`."""
+    """A fitted set of terms; what the recording says of their coordinates is `root`.
 
-    solution: Solution
+    root: (p, p): |root (x - at)|^2 is what the recording's chi-square grows by away from `at`; all
+    that is always fitted is fitted along.
+    """
 
-    @cached_property
-    def everything(self) -> tuple[Term, ...]:
-        """Nuisances, then terms: the order of the coordinates."""
-        return (*self.solution.nuisances, *self.solution.terms)
+    terms: tuple[Term, ...]
+    root: FloatArray
+    cost: float
 
     @cached_property
     def at(self) -> FloatArray:
         """The moved coordinates, (p,)."""
-        return np.array([t.at[i] for t in self.everything for i in t.candidate.moved])
-
-    @cached_property
-    def root(self) -> FloatArray:
-        """(p, p): |root (x - at)|^2 is what the recording's chi-square grows by away from `at`.
-
-        Spline terms are fitted along.
-        """
-        tangent = self.solution.tangent
-        own, free = tangent[:, : len(self.at)], tangent[:, len(self.at) :]
-        if free.shape[1]:
-            basis = np.linalg.qr(free)[0]
-            own = own - basis @ (basis.T @ own)
-        return np.asarray(np.linalg.qr(own, mode="r"))
+        return np.array([t.at[i] for t in self.terms for i in t.candidate.moved])
 
     def moved_to(self, at: FloatArray) -> tuple[Term, ...]:
         """Everything at other coordinates (p,), within bounds."""
         moved, first = [], 0
-        for term in self.everything:
+        for term in self.terms:
             numbers = term.candidate.moved
             there = term.at.copy()
             there[numbers] = at[first : first + len(numbers)]
@@ -66,9 +53,9 @@ class Tie:
     delta_chi2: float
 
     @classmethod
-    def of(cls, first: Solution, second: Solution) -> Tie:
-        """Tie of two solutions of the same recording."""
-        return cls(Explanation(first), Explanation(second), second.cost - first.cost)
+    def of(cls, first: Explanation, second: Explanation) -> Tie:
+        """Tie of two explanations of the same recording."""
+        return cls(first, second, second.cost - first.cost)
 
     @cached_property
     def only_first(self) -> tuple[Term, ...]:
@@ -92,8 +79,8 @@ class Tie:
 
 
 def _without(one: Explanation, other: Explanation) -> tuple[Term, ...]:
-    taken = {t.candidate.key for t in other.solution.terms}
-    return tuple(t for t in one.solution.terms if t.candidate.key not in taken)
+    taken = {t.candidate.key for t in other.terms}
+    return tuple(t for t in one.terms if t.candidate.key not in taken)
 
 
 def _names(terms: tuple[Term, ...]) -> list[str]:

@@ -158,6 +158,14 @@ class ObservationOptions:
     """Readings of a sensor beside such a robot, below which the sensor is left alone."""
     least_usable: float = 0.05
     """Share of the samples in which a joint must move faster than that."""
+    # Old values that a sensor repeats.
+    chance: float = 1e-5
+    """Below which repeated readings are stale. Readings correlate, so well below the alarm."""
+    fewest_repeats: int = 10
+    """Readings alike in a row, below which nobody counts: a fifth of a second at 50 Hz."""
+    many: int = 3
+    """From so many runs on the value they hold is asked for: one value again and again is the end
+    of a range, not an old reading."""
 
 
 OBSERVATIONS = ObservationOptions()

@@ -14,19 +14,21 @@ from typing import Any
 from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.next_motion import next_motion
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.pipelines.nonlinear import diagnose_model
 from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
-from deltactl.diagnosis.plants.delta.next_runs import next_runs
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant
+from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
+from deltactl.diagnosis.plants.delta.tied_sets import next_run
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
+from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.report.in_words import in_words, kinds_of
+from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.effects.kind import MOTORS
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
@@ -68,8 +70,21 @@ def _delta(
     limits: MotionLimits | None,
     thorough: bool,
 ) -> Diagnosis:
-    runs = partial(next_runs, machine.model, limits)
-    return diagnose_model(machine.model, rad_per_step, machine.held_out, progress, runs, thorough)
+    plant = DeltaPlant(Recorded(machine.model))
+    others = [DeltaPlant(Recorded(one)) for one in machine.held_out]
+
+    def runs(selected: Selected) -> Proposal:
+        near = selected.plant
+        assert isinstance(near, DeltaPlant)
+        return next_run(near, selected.posterior.explanations, limits)
+
+    answer = diagnose_plant(plant, others, progress, runs=runs)
+    names = machine.model.readings.names
+
+    def apart(column: FloatArray) -> FloatArray:
+        return column.reshape(len(names), -1).T
+
+    return _apart(answer, apart, machine.model.readings.t_s, names=names)
 
 
 def _answered(

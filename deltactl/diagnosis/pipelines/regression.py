@@ -22,7 +22,12 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
+from deltactl.diagnosis.assessment.regression_holdout import (
+    Blocks,
+    beyond_noise,
+    on_blocks,
+    scaled_covariance,
+)
 from deltactl.diagnosis.assessment.significance import (
     as_found,
     calibrated,
@@ -30,7 +35,6 @@ from deltactl.diagnosis.assessment.significance import (
     charge,
     prior_sensitivity,
 )
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.propose import Proposal
 from deltactl.diagnosis.pipelines.agreement import agreement, widened
 from deltactl.diagnosis.pipelines.regression_figures import (
@@ -40,10 +44,13 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     rest_of,
 )
 from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
+from deltactl.diagnosis.pipelines.repeated_readings import repeated
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
+from deltactl.diagnosis.selection.near_points import select_near
 from deltactl.models.effects import Trait, has
 
 NextRun = Callable[[Selected], Proposal]
@@ -62,7 +69,8 @@ def diagnose_plant(
     singles: each of several recordings by itself, to say whether they agree. runs: designs the
     next run; without it the words of the effects say what else to record.
     """
-    searched = select(plant, progress)
+    searched = (select if plant.own_noise is None else select_near)(plant, progress)
+    plant = searched.plant
     charged = charge(plant, searched.noise, searched.empty)
     searched = _charged(searched, charged)
     first_p = _first_p(searched, charged)
@@ -94,7 +102,8 @@ class SummedColumns:
     def figures(self) -> Figures:
         """See Settled."""
         rest = self._rest
-        found = findings(self.selected, self.plant.readings, [self.plant.channel])
+        found = findings(self.selected, self.plant.readings)
+        found += self._repeated
         fit = fit_of(self.selected, self.others, rest, self.blocks)
         if self.plant.left_by_known and not seen(rest.p):
             excused = bool(self.searched.best.found and not self.selected.best.found)
@@ -103,16 +112,24 @@ class SummedColumns:
         return Figures(widened(found, self.compared), fit, rest)
 
     @cached_property
+    def _repeated(self) -> list[Finding]:
+        """Old values that a sensor repeated."""
+        return repeated(self.plant, self.selected)
+
+    @cached_property
     def _rest(self) -> Rest:
         return rest_of(self.selected)
 
     def chance(self, found: Sequence[Finding]) -> float:
         """See Settled."""
-        return self.first_p if found else min(self.first_p, self._rest.p)
+        stale = min((one.evidence.p for one in self._repeated), default=1.0)
+        by_fit = self.first_p if self.selected.best.found else min(self.first_p, self._rest.p)
+        return min(by_fit, stale)
 
     def nothing_missing(self, found: Sequence[Finding]) -> float:
         """See Settled."""
         nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
+        nothing *= 1.0 - max((one.probability or 0.0 for one in self._repeated), default=0.0)
         return nothing if found else calibrated(nothing, self._rest.p)
 
     def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
@@ -133,8 +150,10 @@ class SummedColumns:
         return picture_of(self.selected, self.plant)
 
     def remarks(self) -> dict[str, Any]:
-        """Whether several recordings agree."""
-        return {"agreement": self.compared}
+        """Whether several recordings agree, and what the plant has to say."""
+        best = self.selected.best
+        own = self.plant.remarks(best, scaled_covariance(best))
+        return {"agreement": self.compared, **own}
 
 
 def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:

@@ -26,17 +26,17 @@ from deltactl.diagnosis.pipelines.regression_figures import rms_left
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
-from deltactl.diagnosis.selection.options import SELECTION
+from deltactl.diagnosis.selection.options import CREDIBLE, SELECTION
 
 TABLED = {("position",), ("distance",)}
 """What an unknown follows where numbers over it can be subtracted."""
 
 
-def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
+def findings(selected: Selected, readings: Readings) -> list[Finding]:
     """All findings, the one that explains most first."""
     plant, best = selected.plant, selected.best
     by_key = {r.key: r for r in plant.regressors}
-    found = [_finding(selected, by_key[key], readings, axes) for key in sorted(best.found)]
+    found = [_finding(selected, by_key[key], readings) for key in sorted(best.found)]
     return sorted(filter(_likely, found), key=_first)
 
 
@@ -52,9 +52,7 @@ def _first(finding: Finding) -> tuple[bool, float, float]:
     return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
 
 
-def _finding(
-    selected: Selected, regressor: Regressor, readings: Readings, axes: list[str]
-) -> Finding:
+def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Finding:
     best = selected.best
     without = selected.evidence(best.keys - {regressor.key}, [best])
     gain = max(without.chi2 - best.chi2, 0.0)
@@ -63,7 +61,8 @@ def _finding(
     odds = np.exp([0.0, *log_odds])
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
-    made, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    whole, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    made, axes = whole[selected.noise.rows], selected.plant.shown_on(whole)
     alone_m, alone_ci95_m = _alone(selected, made, selected.plant.shown(regressor.key), sized)
     alternatives = [
         Alternative(
@@ -76,11 +75,18 @@ def _finding(
         if probability * s > REGRESSION.least_probability
     ]
     alternatives += _others(selected, regressor)
+    imitated = _imitated(selected, regressor, probability, gain)
+    if imitated is not None:
+        alternatives.insert(0, imitated)
+        probability *= CREDIBLE.beside_in_place
     return Finding(
         effect=regressor.effect,
         component=regressor.component,
         says="",
         parameters=sized,
+        spread=selected.plant.spread(
+            regressor.key, best.linear[regressor.key], _covariance_of(selected, regressor.key)
+        ),
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
         share_of_mismatch=_share(selected, without),
@@ -107,12 +113,11 @@ def _share(selected: Selected, without: Explanation) -> float:
 
 
 def _own(selected: Selected, key: str) -> FloatArray:
-    """What one effect of the set makes by itself, in rows that count (m,)."""
+    """What one effect of the set makes by itself, (n,)."""
     plant, best = selected.plant, selected.best
     base = plant.base(best.keys, best.sizes)
     own = base - plant.base(best.keys - {key}, best.sizes)
-    own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
-    return np.asarray(own[selected.noise.rows])
+    return own + plant.columns(key, base, best.sizes).values @ best.linear[key]
 
 
 def _own_share(selected: Selected, own: FloatArray) -> float:
@@ -155,10 +160,26 @@ def probability_of(selected: Selected, regressor: Regressor) -> float:
     not)."""
     forms = _forms(selected, regressor)
     own = selected.probability[regressor.key]
-    if regressor.unknown or len(forms) == 1:
+    if regressor.left_over or len(forms) == 1:
         return own
     pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
     return max(own, float(sum(weight for one, weight in pairs if one.keys & forms)))
+
+
+def _imitated(
+    selected: Selected, regressor: Regressor, probability: float, gain: float
+) -> Alternative | None:
+    """The unknown in whose place a name is, which it rather imitates."""
+    every = [r for r in selected.plant.regressors if r.key in selected.best.found]
+    unknown = [r for r in every if r.unknown and not r.left_over]
+    if regressor.unknown or regressor.component not in {r.component for r in unknown}:
+        return None
+    return Alternative(
+        effect="unknown",
+        component=regressor.component,
+        delta_chi2=gain,
+        probability=probability * (1.0 - CREDIBLE.beside_in_place),
+    )
 
 
 def _forms(selected: Selected, regressor: Regressor) -> set[str]:
@@ -185,7 +206,7 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
     """Other regressors that are in sets without this one, with their posterior."""
     posterior, best = selected.posterior, selected.best
     by_key = {r.key: r for r in selected.plant.regressors}
-    own = {regressor.key} if regressor.unknown else _forms(selected, regressor)
+    own = {regressor.key} if regressor.left_over else _forms(selected, regressor)
     weights: dict[str, float] = {}
     worse: dict[str, float] = {}
     for explanation, weight in zip(posterior.explanations, posterior.weights, strict=True):
@@ -222,6 +243,9 @@ def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: li
 def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
     """Parameters of one regressor at the best set, their intervals over the credible sets."""
     plant, best = selected.plant, selected.best
+    known = plant.parameters(key, best.linear[key], _covariance_of(selected, key))
+    if known is not None:
+        return known
     shown = plant.shown(key)
     if not shown:
         return {"size_rms": _size_of_unknown(selected, key)}
@@ -232,6 +256,15 @@ def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
         result = parameter(one, values, draws)
         if result is not None:
             found[one.name] = result
+    return found
+
+
+def _covariance_of(selected: Selected, key: str) -> FloatArray:
+    """Covariance (k, k) of the sizes of one regressor, with what they differ by between blocks."""
+    best = selected.best
+    rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
+    shift = np.array([selected.shift.get(best.names[i], 0.0) for i in rows])
+    found: FloatArray = scaled_covariance(best)[np.ix_(rows, rows)] + np.diag(shift**2)
     return found
 
 

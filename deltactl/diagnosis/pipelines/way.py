@@ -21,8 +21,8 @@ from deltactl.diagnosis.answer.records import (
 )
 from deltactl.diagnosis.answer.verdict import Rest
 from deltactl.diagnosis.assessment.persistence import persistence
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.progress import Progress
 
 
 class Figures(NamedTuple):

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from deltactl.diagnosis.answer.finding import IN_ALL
+from deltactl.diagnosis.answer.finding import IN_ALL, ParameterResult
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import (
@@ -26,6 +26,7 @@ from deltactl.diagnosis.observations.largest_noise import (
     spectrum,
 )
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings
+from deltactl.diagnosis.observations.stale_readings import Stale
 from deltactl.models.effects import column_of, stand_ins
 
 Sizes = Mapping[str, float]
@@ -200,8 +201,14 @@ class RegressionPlant:
     """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
     rounding = 0.0
     """Standard deviation of the rounding of a reading, in `unit`."""
+    messy = False
+    """Whether effects may leave some of the shapes of others, see `charged`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    own_noise: Any = None
+    """The noise under which a plant that is linear near a point only was made."""
+    stale: Sequence[Stale] = ()
+    """Stretches in which a sensor repeated an old value."""
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     """For each effect that the robot file has from an earlier diagnosis, the share of its power
     that it may leave, and what it does (n,)."""
@@ -313,6 +320,55 @@ class RegressionPlant:
         """The same recording prepared another way that is as good; None where there is one way."""
         return None
 
+    @property
+    def point(self) -> frozenset[str]:
+        """Regressors at whose sizes the columns were made, where they depend on sizes."""
+        return frozenset()
+
+    @property
+    def fitted(self) -> frozenset[str]:
+        """Regressors that can be at work at a point: those with a name."""
+        return frozenset(one.key for one in self.regressors if not one.unknown)
+
+    def opened(self) -> RegressionPlant | None:
+        """The same with what has no name as well, where any of it may be; else None."""
+        return None
+
+    def built(self) -> Sequence[tuple[float, RegressionPlant]]:
+        """The same as if it had been built with other care, each with its log prior odds."""
+        return [(0.0, self)]
+
+    @property
+    def odds_of_care(self) -> float:
+        """Log prior odds that a machine is built with as much care as this one is taken for."""
+        return 0.0
+
+    def carefully(self) -> RegressionPlant | None:
+        """The same, built as its file says whatever is chosen; None where it is so already."""
+        return None
+
+    def moved_to(self, best: Any) -> RegressionPlant:
+        """The same with columns made at the sizes of an explanation, fitted to their end."""
+        return self
+
+    def shown_on(self, change: FloatArray) -> list[str]:
+        """Channels on which a change of the readings (n,) shows."""
+        return [self.channel]
+
+    def parameters(
+        self, key: str, sizes: FloatArray, covariance: FloatArray
+    ) -> dict[str, ParameterResult] | None:
+        """Parameters of the answer by all sizes (k,); None where `shown` has them."""
+        return None
+
+    def spread(self, key: str, sizes: FloatArray, covariance: FloatArray) -> dict[str, list[float]]:
+        """See `Finding.spread`, by all sizes of a regressor (k,)."""
+        return {}
+
+    def remarks(self, best: Any, covariance: FloatArray) -> dict[str, Any]:
+        """Further fields of the answer, by the best explanation and the covariance of its sizes."""
+        return {}
+
     def adopt(self, trained: Any) -> None:
         """Take over what shapes were made with, so that sizes of another recording hold here."""
 
@@ -329,6 +385,17 @@ class RegressionPlant:
             if any(not low < value < high for (low, high), value in each):
                 return True
         return False
+
+    def is_messy(self, keys: frozenset[str]) -> bool:
+        """Whether any of a set may leave some of the shapes of others, see `charged`."""
+        return False
+
+    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+        """Chi-square of a set that is no evidence for it.
+
+        gains: what each regressor adds to the fit, and how much it does by itself.
+        """
+        return 0.0
 
     def without_noise(self, keys: frozenset[str], sizes: Sizes) -> BoolArray | None:
         """Rows (n,) that the prediction leaves no noise of, as it takes them from what was read."""

@@ -2,35 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from deltactl.diagnosis.estimation.splines import SplineTerm
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.priors.options import PENALTIES
-
-
-def left_by(term: Term, new: Candidate | None = None) -> float:
-    """Share of what a term explains that it may leave in the shape of a new effect.
-
-    Without one: of a spline term, which may have any.
-    """
-    own = term.candidate.kind.discrepancy
-    if new is None:
-        return own.elsewhere
-    usual = own.in_pose if new.kind.pose_alone else own.elsewhere
-    return own.leads_to.get(new.effect, usual)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Trial:
-    """A start for a refit and its linearised gain."""
-
-    start: Term
-    gain: float
-    log_p: float
-    penalty: float
 
 
 def penalty(candidate: Candidate) -> float:
@@ -39,11 +14,6 @@ def penalty(candidate: Candidate) -> float:
         return PENALTIES.event
     together = PENALTIES.group if candidate.members else 0.0
     return PENALTIES.coordinate * len(candidate.moved) + candidate.kind.penalty + together
-
-
-def spline_penalty(free: SplineTerm) -> float:
-    """What a spline term must earn: more than any named effect, and more the finer it is."""
-    return PENALTIES.spline + 2.0 * free.size
 
 
 def penalty_of(term: Term) -> float:

@@ -78,9 +78,9 @@ class HillClimb:
         kept_too = [r for r in evidence.plant.regressors if r.key in kept]
         self._all = {r.key: r for r in (*chosen, *kept_too)}
 
-    def run(self) -> Posterior:
-        """From what is kept to where no move is better."""
-        here = self.evidence(self.kept)
+    def run(self, start: frozenset[str] = frozenset()) -> Posterior:
+        """From what is kept, and a set to begin with, to where no move is better."""
+        here = self.evidence(self.kept | start, [self.evidence(self.kept)])
         while (better := self._better(here)) is not None:
             here = better
         return posterior(self._mine())
@@ -92,6 +92,7 @@ class HillClimb:
         once no other move helps.
         """
         few = len(here.keys - self.kept) <= SELECTION.exchanged_up_to
+        few = few and not self.evidence.plant.messy  # whose columns are many
         ways = [[self._moves, self._exchanges]] if few else [[self._moves], [self._exchanges]]
         for together in [*ways, [self._smaller]]:
             tried = [one for way in together for one in way(here)]

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.detection import Progress
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
 from deltactl.diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
+from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from deltactl.diagnosis.selection.options import SELECTION
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SelectionOptions:
-    """For the posterior over sets (single axes and sensors); a delta's search is limited by
-    `priors.options.SearchOptions`.
-    """
+    """For the posterior over sets."""
 
     window: float = 12.0
     """Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
@@ -31,6 +29,12 @@ class SelectionOptions:
     most_of_map: float = 0.5
     """Share of what repeats with the position that a wave must make up to be named beside a map:
     of a rough surface the largest wave has a tenth to a third, of a gear nearly all."""
+    points: int = 5
+    """Points near which effects are chosen, where the model is linear only near one."""
+    many_names: int = 4
+    """Names in a set from which on what has no name is tried in the place of all of them,"""
+    careless_names: int = 2
+    """and from which on a machine may be one that was built with less care."""
     better_by: float = 1e-6
     """Log evidence that a move must add: less is rounding."""
     nearly_best: float = 2.0
@@ -45,20 +49,11 @@ class CredibleOptions:
     """Chance that the search ended at a wrong set and nothing it compared around that shows it. Of
     111 claims that the comparison alone made with more than 0.95, on proof cases of two old seeds,
     three were wrong."""
-    same_place: float = 0.9
-    """Share of a name's change that acts where an unknown does, above which both have one place."""
     beside_in_place: float = 0.05
     """Chance that a name is a cause of its own in the place of an unknown: of 16 such claims in 105
     proof cases of seed 27182818, none was true. From the same cases are"""
     everywhere: float = 0.15
     """the odds that what is unknown acts on the whole machine, before names are counted,"""
-    names_imitate: float = 3.5
-    """by how much each name in another place makes them larger (4 of 7 names that stood alone there
-    were true, 5 of 31 in groups),"""
-    names_counted: int = 2
-    """and how many are: a robot may have several causes of its own."""
-    bare_steps: int = 2
-    """Levenberg-Marquardt steps without a spline term: what it took up moves the rest a little."""
 
 
 SELECTION = SelectionOptions()

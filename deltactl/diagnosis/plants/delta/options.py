@@ -26,6 +26,28 @@ class DeltaFitOptions:
     """and what takes so many times as long drifts straight on."""
     shortest_period_rad: float = 1e-2
     """Shortest period of a periodic error where the arms hardly move."""
+
+    # Fits near a point.
+    starts_beside: int = 2
+    """Starts from which an effect is fitted by itself, and"""
+    steps_beside: int = 4
+    """Gauss-Newton steps of each; a set is fitted to its end later."""
+    worth: float = 9.0
+    """Chi-square that a start must gain before it is fitted: three standard deviations."""
+    least_size: float = 0.03
+    """Share of its usual size with which an effect is looked at that fits best without any."""
+    little_beside: float = 1.0
+    """Chi-square of a step that ends such a fit,"""
+    little: float = 0.05
+    """and the fit of a set."""
+    most_steps: int = 12
+    """Steps at which the fit of a set is given up."""
+
+    # Jumps.
+    edge: float = 0.02
+    """Share of the recording at either end, in which a jump is an offset or nothing."""
+    least_own: float = 0.02
+    """Share of a jump that what is fitted already must leave for its time to be tried."""
     # Poses that a machine a little off its file may not reach.
     most_fragile: float = 0.2
     """More than this share is not left out: then the file is wrong, or the motion is all there."""
@@ -83,6 +105,29 @@ class NextRunOptions:
     """After the last step, in which the platform comes to rest."""
 
 
+@dataclass(frozen=True, slots=True)
+class ProcessOptions:
+    """Gaussian processes that represent what has no name."""
+
+    knots: int = 48
+    """Between which a process is a straight line: a few to the shortest length."""
+    lengths: tuple[float, ...] = (1.0, 0.4, 0.15, 0.06)
+    """Of the kernel, as shares of the covariate's range: from one bend to a dozen."""
+    sizes: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
+    """Sizes that are tried, in standard deviations to which the best seen shape is known."""
+    least_share: float = 1e-5
+    """Share of the kernel's largest direction below which others count for nothing."""
+    least_move: float = 0.02
+    """Share of a covariate's range by which it moves before the way it came is another."""
+    log_odds: float = -5.0
+    """That a machine has one at a place, over one covariate: rarer than any named effect there."""
+    opened: float = 5.0
+    """Log evidence that one must gain to be looked at among the others,"""
+    most: int = 8
+    """and how many are."""
+
+
+PROCESSES = ProcessOptions()
 DELTA_FITS = DeltaFitOptions()
 NEXT_RUNS = NextRunOptions()
 """As the engine is used."""

@@ -1,0 +1,96 @@
+"""Noise of channels that lie end to end: an autoregression for each, from a saturated fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from deltactl.diagnosis.estimation.noise import Whitener, estimate
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.evidence.saturated_model import given_back
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
+from deltactl.diagnosis.plants.delta.point import side_by_side
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChannelsNoise(TemperedNoise):
+    """Whitening by what is new in a sample, and Huber's weights."""
+
+    whitener: Whitener = field(default_factory=lambda: Whitener((), np.zeros(0)))
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """What is new in rows that count, in standard deviations."""
+        channels = side_by_side(values, len(self.whitener.channels))
+        white = self.whitener(channels)
+        weight = self.scale * self.sigma
+        return white * (weight if white.ndim == 1 else weight[:, None])
+
+
+def noise_of(whitener: Whitener, rows: int) -> ChannelsNoise:
+    """The noise by which a whitener works; rows: of one channel."""
+    spread = np.array([one.spread for one in whitener.channels])[whitener.channel]
+    plain = Whitener(whitener.channels, np.ones_like(whitener.weight))
+    at = whitener.rows + rows * whitener.channel
+    scale = whitener.weight / spread
+    return ChannelsNoise(at, scale, spread, 1.0, float(len(at)), None, plain)
+
+
+class SaturatedFit:
+    """Least squares of many columns together, (n c, p) as they are in the channels."""
+
+    def __init__(self, readings: Readings, columns: FloatArray, whitener: Whitener):
+        self.readings = readings
+        channels = len(readings.names)
+        self._columns: Any = columns.astype(np.float32)
+        self._white = whitener(side_by_side(self._columns, channels))
+        self._whitener = whitener
+        gram = np.asarray(self._white.T @ self._white, dtype=np.float64)
+        self._scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+        matrix = gram / np.outer(self._scale, self._scale)
+        matrix += EVIDENCE.ridge * np.eye(len(gram))
+        values, vectors = np.linalg.eigh(matrix)
+        most = len(self._white) // EVIDENCE.readings_a_column
+        self.is_cut = most < len(values)
+        """Whether too little was read for all directions."""
+        first = max(len(values) - most, 0)
+        self._values, self._vectors = values[first:], vectors[:, first:]
+
+    def __call__(self, residual: FloatArray) -> FloatArray:
+        """What the columns explain of residuals, (n, channels) or (n, channels, k)."""
+        white = self._whitener(residual).astype(np.float32)
+        along = np.asarray(self._white.T @ white, dtype=np.float64)
+        shares = self._vectors.T @ (along.T / self._scale).T
+        sizes = ((self._vectors @ (shares.T / self._values).T).T / self._scale).T
+        explained = self._columns @ sizes.astype(np.float32)
+        return side_by_side(np.asarray(explained, dtype=np.float64), residual.shape[1])
+
+
+def fast_noise(readings: Readings, valid: BoolArray, residual: FloatArray) -> ChannelsNoise:
+    """By second differences of a residual (n c,): what is not smooth in it, as white noise."""
+    channels = side_by_side(residual, len(readings.names))
+    fast = np.zeros_like(channels)
+    fast[1:-1] = np.diff(channels, 2, axis=0) / np.sqrt(6.0)
+    return noise_of(estimate(readings, valid, fast), len(readings.t_s))
+
+
+def saturated_noise(
+    readings: Readings,
+    valid: BoolArray,
+    residual: FloatArray,
+    columns: FloatArray,
+    before: ChannelsNoise,
+    rounds: int = EVIDENCE.noise_rounds,
+) -> ChannelsNoise:
+    """Noise of what all columns (n c, p) together leave of a residual (n c,)."""
+    channels = side_by_side(residual, len(readings.names))
+    plain, weight = before.whitener, before.scale * before.sigma
+    whitener = Whitener(plain.channels, weight)
+    for _ in range(rounds):
+        fit = SaturatedFit(readings, columns, whitener)
+        left = channels - fit(channels)
+        whitener = estimate(readings, valid, left)
+    whitener, _ = given_back(fit, whitener, valid)
+    return noise_of(whitener, len(readings.t_s))

@@ -1,0 +1,50 @@
+"""How probable each effect of a delta is before anything was read, and what it may leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from deltactl.diagnosis.plants.candidate import Candidate
+from deltactl.diagnosis.plants.delta.options import PROCESSES
+from deltactl.diagnosis.plants.delta.point import Near, is_straight
+from deltactl.diagnosis.plants.delta.unknown import Process
+from deltactl.diagnosis.plants.regression import Regressor
+from deltactl.diagnosis.priors.penalties import penalty, penalty_of
+from deltactl.diagnosis.priors.size_priors import odds_cost
+
+
+def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regressor:
+    """An effect at a component; what is so in name only costs like an unknown.
+
+    tolerances: names of the columns that are always fitted.
+    """
+    candidate = near.term.candidate
+    in_name_only = penalty_of(near.term) - penalty(candidate)
+    odds = near.heavy_tail - 0.5 * (odds_cost(candidate) + in_name_only)
+    takes_over = key if key in tolerances else ""
+    places = None if is_straight(candidate) else float(len(candidate.shapes))
+    return Regressor(
+        key, candidate.effect, odds, candidate.component,
+        alone=False, takes_over=takes_over, places=places,
+    )  # fmt: skip
+
+
+def left_by(known: Candidate, new: Candidate | None) -> float:
+    """Share of what one effect explains that its operator may leave in the shape of another.
+
+    new: None for what has no name.
+    """
+    own = known.kind.discrepancy
+    if new is None:
+        return own.elsewhere
+    usual = own.in_pose if new.kind.pose_alone else own.elsewhere
+    return own.leads_to.get(new.effect, usual)
+
+
+def unknown_regressor(one: Process) -> Regressor:
+    """A process; the choice of its length and size is paid for."""
+    odds = PROCESSES.log_odds - one.paid
+    follows = tuple(one.covariate.split(", "))
+    return Regressor(
+        one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False
+    )

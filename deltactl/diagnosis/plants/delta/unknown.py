@@ -1,0 +1,175 @@
+"""Model errors without a name: Gaussian processes over a covariate, at a place of the machine.
+
+A process has a kernel of Matern's class with nu = 5/2; its length and size are the most probable of
+a grid (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, sections 4.2 and 5.4).
+One whose most probable size is none has nothing to say (automatic relevance determination).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array
+
+from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.plants.delta.beside_point import Absorbed
+from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
+from deltactl.diagnosis.plants.delta.options import PROCESSES
+from deltactl.diagnosis.plants.delta.point import end_to_end
+from deltactl.diagnosis.plants.regression import Columns
+
+UNKNOWN = "unknown@"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Process:
+    """A process at an input location over a covariate.
+
+    two_way: changes sign with the way the covariate came. shapes: (knots, k) of the kernel, each in
+    its prior standard deviation. gain: log evidence that it adds. paid: for the choice of length
+    and size.
+    """
+
+    location: str
+    covariate: str
+    two_way: bool
+    knots: FloatArray
+    shapes: FloatArray
+    gain: float = 0.0
+    paid: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """Name among regressors."""
+        ways = " two-way" if self.two_way else ""
+        return f"{UNKNOWN}{self.location} {self.covariate}{ways}"
+
+    def columns(self, model: DeltaModel) -> Columns:
+        """Its shapes in all channels (n c, k)."""
+        hats = _hats(model.covariates()[self.covariate], self.knots, self.two_way)
+        over = hats @ self.shapes
+        change = model.inputs()[self.location]
+        values = end_to_end(change[:, :, None] * over[:, None, :])
+        return Columns(values, np.ones(values.shape[1]))
+
+
+class Processes:
+    """All processes that make sense on a machine."""
+
+    def __init__(self, model: DeltaModel):
+        self.model, traits = model, model.traits
+        covariates = model.covariates()
+        varying = {n: x for n, x in covariates.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
+        knots = {n: _knots(x) for n, x in varying.items()}
+        empty = np.zeros((PROCESSES.knots, 0))
+        self._every: list[tuple[Process, csr_array]] = []
+        hats = {n: _hats(x, knots[n], False) for n, x in varying.items()}
+        for location in model.inputs():
+            for name in varying:
+                if traits.sensible(location, name, True):
+                    one = Process(location, name, False, knots[name], empty)
+                    self._every.append((one, hats[name]))
+            own = traits.own_place.get(location, "")
+            if own in varying:
+                one = Process(location, own, True, knots[own], empty)
+                self._every.append((one, _hats(varying[own], knots[own], True)))
+
+    def probable(self, noise: ChannelsNoise, left: FloatArray, free: FloatArray) -> list[Process]:
+        """Each with its most probable length and size, those that gain nothing left out.
+
+        left: (n c,) unexplained. free: whitened columns (m, p) in their spreads, fitted beside it.
+        """
+        taken, white = Absorbed(free), noise.whiten(left)
+        of_left = taken.share(white)
+        inputs = self.model.inputs()
+        weight = diags_array(noise.scale * noise.sigma)
+        operators = {n: csr_array(weight @ noise.whitener.at_input(x)) for n, x in inputs.items()}
+        found = []
+        for process, hats in self._every:
+            column = csr_array(operators[process.location] @ hats)
+            share = taken.root_of(np.asarray((column.T @ free).T))
+            gram = np.asarray((column.T @ column).toarray()) - share.T @ share
+            along = np.asarray(column.T @ white) - share.T @ of_left
+            best = _most_probable(process, gram, along)
+            if best is not None:
+                found.append(best)
+        return sorted(found, key=lambda one: one.paid - one.gain)
+
+
+def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Process | None:
+    """The process with the length and size of most evidence; None where none has any."""
+    gains: list[float] = []
+    best: tuple[float, FloatArray] = (0.0, np.zeros((0, 0)))
+    for length in PROCESSES.lengths:
+        shapes = _kernel_shapes(length)
+        values, vectors = np.linalg.eigh(shapes.T @ gram @ shapes)
+        values = np.maximum(values, 0.0)
+        seen = (vectors.T @ (shapes.T @ along)) ** 2
+        usual = float(np.sqrt(max(values.max(), 1e-300)))
+        for ratio in PROCESSES.sizes:
+            power = (ratio / usual) ** 2
+            each = seen * power / (1.0 + power * values) - np.log1p(power * values)
+            gain = 0.5 * float(each.sum())
+            gains.append(gain)
+            if gain > best[0]:
+                best = gain, shapes * (ratio / usual)
+    if best[0] <= 0.0:
+        return None
+    top = max(gains)
+    paid = -float(np.log(np.mean(np.exp(np.array(gains) - top))))
+    return replace(process, shapes=best[1], gain=best[0], paid=paid)
+
+
+def _kernel_shapes(length: float) -> FloatArray:
+    """Shapes (knots, k) of the kernel over knots, in standard deviations, for unit size."""
+    kept = _KNOWN.get(length)
+    if kept is None:
+        at = np.linspace(0.0, 1.0, PROCESSES.knots)
+        apart = np.sqrt(5.0) * np.abs(at[:, None] - at) / length
+        kernel = (1.0 + apart + apart**2 / 3.0) * np.exp(-apart)
+        values, vectors = np.linalg.eigh(kernel)
+        own = values > PROCESSES.least_share * values.max()
+        kept = vectors[:, own] * np.sqrt(values[own])
+        _KNOWN[length] = kept
+    return kept
+
+
+_KNOWN: dict[float, FloatArray] = {}
+
+
+def _knots(covariate: FloatArray) -> FloatArray:
+    """Half-way between quantiles and equal steps, so that none spans an empty range."""
+    share = np.linspace(0.0, 1.0, PROCESSES.knots)
+    even = covariate.min() + np.ptp(covariate) * share
+    inner = 0.5 * (np.quantile(covariate, share) + even)
+    spaced: FloatArray = np.maximum.accumulate(inner + 1e-9 * np.ptp(covariate) * share)
+    return spaced
+
+
+def _hats(covariate: FloatArray, knots: FloatArray, two_way: bool) -> Any:
+    """Linear interpolation between knots, (n, knots), constant beyond them."""
+    inside = np.clip(covariate, knots[0], knots[-1])
+    at = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(knots) - 2)
+    part = (inside - knots[at]) / np.maximum(knots[at + 1] - knots[at], 1e-300)
+    part = np.clip(part, 0.0, 1.0)
+    sign = way(covariate) if two_way else np.ones(len(covariate))
+    rows = np.arange(len(covariate))
+    values = np.concatenate([sign * (1.0 - part), sign * part])
+    places = np.concatenate([rows, rows]), np.concatenate([at, at + 1])
+    return csr_array((values, places), shape=(len(covariate), len(knots)))
+
+
+def way(covariate: FloatArray) -> FloatArray:
+    """+1 or -1: which way the covariate last moved by more than a little; 0 before it did."""
+    reach = PROCESSES.least_move * float(np.ptp(covariate))
+    ways = np.zeros(len(covariate))
+    anchor, last = float(covariate[0]), 0.0
+    for k, value in enumerate(covariate.tolist()):
+        if abs(value - anchor) > reach:
+            last = 1.0 if value > anchor else -1.0
+            anchor = value - last * reach
+        ways[k] = last
+    return ways

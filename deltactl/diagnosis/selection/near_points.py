@@ -1,0 +1,119 @@
+"""Selection where all is linear near a point only: choose there, fit to the end, columns anew.
+
+A plant that is linear everywhere has one point. Of another, the chosen set is fitted to its end,
+which is the next point; sets that were fitted to their end count by that fit.
+"""
+
+from __future__ import annotations
+
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.progress import Progress
+from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior
+from deltactl.diagnosis.selection.named_first import Selected
+from deltactl.diagnosis.selection.options import SELECTION
+
+
+def select_near(plant: RegressionPlant, progress: Progress) -> Selected:
+    """The chosen explanation of a plant that is linear only near one."""
+    progress("searching for what is missing")
+    plant, evidence, found = chosen(plant, progress)
+    chances = {r.key: found.probability(r.key) for r in plant.regressors}
+    return Selected(plant, evidence, found, chances, found.nothing, found.best, {}, evidence)
+
+
+Found = tuple[RegressionPlant, Laplace, Posterior]
+
+
+def chosen(plant: RegressionPlant, progress: Progress) -> Found:
+    """The plant near the best set, with the evidence there and the posterior.
+
+    Names first; then what has no name competes with them, beside the names and in their place.
+    """
+    first = _as_built(plant)
+    many = len(first[2].best.keys) >= SELECTION.many_names or first[0].odds_of_care < 0.0
+    instead = _in_place_of_names(plant) if many else None
+    if instead is not None and _has_unknown(instead):
+        return instead
+    named = _as_careful(_settled(plant, first))
+    progress("what the named effects leave")
+    beside = named[0].opened()
+    if beside is None:
+        return named
+    if instead is None and named[0].point:
+        instead = _in_place_of_names(plant)
+    found = [one for one in (named, _settled(beside), instead) if one is not None]
+    noise = found[-1][0].own_noise
+    return max(found, key=lambda one: _weighed(one, noise))
+
+
+def _in_place_of_names(plant: RegressionPlant) -> Found | None:
+    """Chosen from nothing on, with what has no name; None where none of it may be."""
+    opened = plant.opened()
+    if opened is None:
+        return None
+    first = _as_built(opened)
+    return _settled(opened, first) if _has_unknown(first) else None
+
+
+def _has_unknown(found: Found) -> bool:
+    plant, _, weighed = found
+    return bool(weighed.best.keys - plant.fitted)
+
+
+def _weighed(found: Found, noise: TemperedNoise) -> float:
+    """Log evidence of the best set under a noise."""
+    plant, _, weighed = found
+    return Laplace(plant, noise)(weighed.best.keys).log_evidence + plant.odds_of_care
+
+
+def _as_careful(found: Found) -> Found:
+    """The same, or what is chosen if the machine is built as its file says, by the evidence.
+
+    Where tolerances take part of an effect, its own best fit is not come to.
+    """
+    careful = found[0].carefully()
+    if careful is None:
+        return found
+    other = _settled(careful)
+    return max(found, other, key=lambda one: _weighed(one, found[0].own_noise))
+
+
+def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
+    """Chosen near a point, fitted to its end, and again near there until it stays.
+
+    first: what was chosen near the point, where that is known.
+    """
+    visited: dict[frozenset[str], RegressionPlant] = {}
+    for _ in range(SELECTION.points):
+        plant, evidence, found = first or _as_built(plant)
+        first = None
+        named = found.best.keys & plant.fitted
+        if named == plant.point:
+            return plant, evidence, found
+        if named in visited:
+            break
+        plant = plant.moved_to(found.best)
+        visited[named] = plant
+    noise = plant.own_noise
+    tried = []
+    for keys, one in visited.items():
+        evidence = Laplace(one, noise)
+        unfitted = sorted({r.key for r in one.regressors} - one.fitted | keys)
+        tried.append((one, evidence, HillClimb(evidence, among=unfitted).run()))
+    return max(tried, key=lambda each: each[2].best.log_evidence)
+
+
+def _as_built(plant: RegressionPlant) -> Found:
+    """The best set under the tolerances that the evidence prefers."""
+    tried: list[tuple[float, RegressionPlant, Laplace, Posterior]] = []
+    start: frozenset[str] = frozenset()
+    for odds, one in plant.built():
+        if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
+            break
+        evidence = Laplace(one, plant.own_noise)
+        found = HillClimb(evidence).run(start)
+        start = found.best.keys
+        tried.append((odds + found.best.log_evidence, one, evidence, found))
+    return max(tried, key=lambda each: each[0])[1:]
