@@ -376,10 +376,9 @@ class Laplace:
             )
         gains: dict[str, tuple[float, float]] = {}
         for key, part in parts.items():
-            if key:
-                gram, size = known[part, part], alone[part]
-                gain = theta[part] @ np.linalg.solve(covariance[part, part], theta[part])
-                gains[key] = float(gain), float(size @ (gram @ size - size))
+            gram, size = known[part, part], alone[part]
+            gain = theta[part] @ np.linalg.solve(covariance[part, part], theta[part])
+            gains[key] = float(gain), float(size @ (gram @ size - size))
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:

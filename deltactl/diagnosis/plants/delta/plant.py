@@ -265,7 +265,7 @@ class DeltaPlant(AnswerNearPoint):
     def _left_by(self, known: str, new: str) -> float:
         """Share of what one regressor does that it may leave in the shape of another."""
         share = left_by(self.candidates[known], self.candidates.get(new))
-        return share if new in self.candidates else PENALTIES.spline_factor * share
+        return PENALTIES.spline_factor * share if new in self.unknown else share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
         """A set with the sizes that a linear fit has found."""
