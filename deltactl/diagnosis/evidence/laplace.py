@@ -402,9 +402,12 @@ class Laplace:
         found = set()
         for key in keys:
             regressor = self.by_key[key]
+            if not regressor.as_built:
+                found.add(key)
+                continue
             sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
             size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
-            if not regressor.as_built or size > regressor.as_built:
+            if size > regressor.as_built:
                 found.add(key)
         return frozenset(found)
 
