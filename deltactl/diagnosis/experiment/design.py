@@ -58,7 +58,7 @@ class Run:
         holds together all along with it.
         """
         if explanation not in self._known:
-            predicted = self.model.predict(_lasting(explanation.terms))
+            predicted = self.model.predict(_lasting(explanation.everything))
             whole = self.candidate.holds_together(predicted)
             self._known[explanation] = self._whiten(predicted), whole
         return self._known[explanation]
@@ -120,7 +120,7 @@ def expected(
     own = {t.candidate.key for t in alternative.terms} - {t.candidate.key for t in truth.terms}
     target, weight = run.of(truth)[0], float(np.sqrt(repeats))
     at = best_at = alternative.at
-    terms, here = alternative.terms, run.of(alternative)[0]
+    terms, here = alternative.everything, run.of(alternative)[0]
     left = weight * (target - here)
     best = float(left @ left)
     for _ in range(steps):

@@ -19,9 +19,7 @@ class Model(Protocol):
 
     readings: Readings
     candidates: list[Candidate]
-    """Everything of the vocabulary that can act on this machine."""
-    groups: list[Candidate]
-    """The same effect on all arms at once, as one candidate."""
+    """Everything of the vocabulary that can act on this machine, also on all arms alike."""
     nuisances: list[Nuisance]
     """What is always fitted and never a finding."""
     tolerances: list[Nuisance]

@@ -98,9 +98,9 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
         visited[named] = plant
     noise = plant.own_noise
     tried = []
-    for keys, one in visited.items():
+    for one in visited.values():
         evidence = Laplace(one, noise)
-        unfitted = sorted({r.key for r in one.regressors} - one.fitted | keys)
+        unfitted = sorted({r.key for r in one.regressors} - one.fitted | one.point)
         tried.append((one, evidence, HillClimb(evidence, among=unfitted).run()))
     return max(tried, key=lambda each: each[2].best.log_evidence)
 

@@ -98,10 +98,10 @@ class DeltaModel:
         # than the next sample.
         late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
         self.nuisances = [late, *self._measured] if self._timed else self._measured
-        self.candidates = changes(self._candidates(), self._measured)
-        self.groups = groups_of(self.candidates)
+        single = changes(self._candidates(), self._measured)
+        self.candidates = [*single, *groups_of(single)]
         self.traits = delta_traits(self.inputs(), seen)
-        self.tolerances = tolerances(self.candidates)
+        self.tolerances = tolerances(single)
         if robot.drive is not None and robot.drive.gear_ratio > 1.0:
             self.tolerances += runout(robot.drive.gear_ratio)
         known = [entry.found for entry in robot.effects if entry.found is not None]

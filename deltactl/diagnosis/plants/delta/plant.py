@@ -43,6 +43,7 @@ from deltactl.diagnosis.plants.regression import (
     Regressor,
     Sizes,
 )
+from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.models.effects.kind import EXACT
 
@@ -168,11 +169,16 @@ class DeltaPlant(AnswerNearPoint):
 
     @cached_property
     def candidates(self) -> dict[str, Candidate]:
-        """All of them, with a jump of each joint at its best moment, and those at work."""
+        """All of them, with a jump of each joint at its best moment, and those at work, which no
+        group has as well.
+        """
         found = jumps(self.recorded.model, self._first, self._left, self._white)
         scanned = {key_of(one): one for one in found.values()}
         acting = {key: term.candidate for key, term in self.at_work.items()}
-        return {**self.recorded.candidates, **scanned, **acting}
+        single = {(one.effect, one.component) for one in acting.values()}
+        every = self.recorded.candidates
+        others = {key: one for key, one in every.items() if single.isdisjoint(one.in_group)}
+        return {**others, **scanned, **acting}
 
     @cached_property
     def near(self) -> dict[str, Near]:
@@ -317,7 +323,7 @@ class DeltaPlant(AnswerNearPoint):
             self._columns[key].values for key in sorted(explanation.keys & self.unknown.keys())
         ]
         white = noise.whiten(np.concatenate(parts, axis=1))
-        start = self.terms_of(explanation)
+        start = apart(self.terms_of(explanation), self.recorded.model.candidates)
         others = self._other_starts(start, white)
         always = self._nuisances(explanation)
         around = Around(self.recorded.model, (), always)
