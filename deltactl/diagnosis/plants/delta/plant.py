@@ -308,7 +308,10 @@ class DeltaPlant(AnswerNearPoint):
         """See `RegressionPlant`."""
         if self.careful == PENALTIES.most_careful:
             return None
-        plain = DeltaPlant(self.recorded)
+        first = self
+        while first._before is not None:
+            first = first._before
+        plain = copy(first)
         plain._only_careful = True
         return plain
 

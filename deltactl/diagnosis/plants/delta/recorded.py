@@ -11,7 +11,13 @@ from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Starts
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.plants.delta.point import Around, end_to_end, key_of, side_by_side
+from deltactl.diagnosis.plants.delta.point import (
+    Around,
+    end_to_end,
+    is_straight,
+    key_of,
+    side_by_side,
+)
 from deltactl.diagnosis.plants.delta.unknown import Processes
 from deltactl.diagnosis.plants.nuisance import Nuisance
 
@@ -62,4 +68,7 @@ class Recorded:
         around, term = self.nominal, nuisance.term
         if any(one is term for one in around.always):
             return around.always_slopes(term)
+        own = self.candidates.get(key_of(term.candidate))
+        if own is term.candidate and is_straight(own):
+            return self.starts.straight(own)
         return around.slopes(term, around.predicted)

@@ -115,7 +115,8 @@ def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Pro
             gain = 0.5 * float(each.sum())
             gains.append(gain)
             if gain > best[0]:
-                best = gain, shapes * (ratio / usual)
+                seen_at_all = power * values > PROCESSES.least_seen
+                best = gain, shapes @ vectors[:, seen_at_all] * (ratio / usual)
     if best[0] <= 0.0:
         return None
     top = max(gains)
