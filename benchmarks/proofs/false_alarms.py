@@ -16,9 +16,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-
 from deltactl.diagnosis.evidence.detection import Detection
 from deltactl.diagnosis.evidence.noise_estimation import prepare
+
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.models.robot_files import load_delta
 from deltactl.proof.cases import ROBOT, move
