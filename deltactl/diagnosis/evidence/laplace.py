@@ -107,7 +107,7 @@ class Laplace:
         self._tolerated = tolerated(plant)
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = alike._blocks if alike else {}
-        self._products = alike._products if alike else Products()
+        self._products: Products = alike._products if alike else Products()
         self._targets: dict[int, Target] = {}
 
     @property
