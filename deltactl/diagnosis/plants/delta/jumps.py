@@ -7,7 +7,8 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.candidates import lost_steps
+from deltactl.diagnosis.plants.delta.model import MOTOR, DeltaModel
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS
 from deltactl.diagnosis.plants.delta.point import end_to_end
@@ -20,9 +21,9 @@ def jumps(
 
     free: whitened columns (m, p) that are fitted beside it, each in its prior spread.
     """
-    drive = model.robot.drive
+    drive, inputs = model.robot.drive, model.inputs()
     t_s = model.readings.t_s
-    if drive is None or not model.traits.events:
+    if drive is None:
         return {}
     times = t_s[noise.rows % len(t_s)]
     order = np.argsort(times, kind="stable")[::-1]
@@ -34,8 +35,8 @@ def jumps(
     inside = (times > earliest_s) & (times < latest_s)
     inside[:-1] &= times[:-1] != times[1:]  # all readings of a moment together
     found = {}
-    for place, event in model.traits.events.items():
-        change = end_to_end(model.inputs()[place])
+    for place in (one for one in inputs if one.startswith(MOTOR)):
+        change = end_to_end(inputs[place])
         column = noise.whiten(-drive.rad_per_step * change)[order]
         along = np.cumsum(column * residual[order])[inside]
         power = np.cumsum(column**2)
@@ -45,5 +46,5 @@ def jumps(
         gain = np.where(usable, along**2 / np.maximum(own, 1e-30), 0.0)
         if gain.any():
             at_s = float(times[inside][int(np.argmax(gain))])
-            found[place] = event(at_s - 0.5 * model.readings.period_s)
+            found[place] = lost_steps(place, at_s - 0.5 * model.readings.period_s)
     return found

@@ -10,7 +10,7 @@ from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, with
 from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Starts
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.model import RANGES, DeltaModel
 from deltactl.diagnosis.plants.delta.point import (
     Around,
     end_to_end,
@@ -30,7 +30,7 @@ class Recorded:
         self.observed = end_to_end(np.nan_to_num(readings.values))
         self.nominal = Around(model, ())
         left = side_by_side(self.observed - self.nominal.predicted, len(readings.names))
-        kept, self.stale = without_stale(readings, model.traits.repeating)
+        kept, self.stale = without_stale(readings, RANGES)
         self.valid: BoolArray = without_outliers(left, kept)
         self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
 
