@@ -13,6 +13,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
+from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
 from deltactl.models.effects.kind import EXACT
