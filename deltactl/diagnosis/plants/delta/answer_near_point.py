@@ -20,6 +20,7 @@ from deltactl.diagnosis.plants.delta.point import (
     Around,
     Near,
     coordinate_name,
+    key_of,
     side_by_side,
 )
 from deltactl.diagnosis.plants.delta.recorded import Recorded
@@ -142,8 +143,9 @@ class AnswerNearPoint(RegressionPlant):
     def not_testable(self) -> list[NotTestable]:
         """Effects that change nothing in this recording."""
         why = "nothing that was observed depends on it in this recording"
+        seen = {key for key in self.candidates if np.any(self.near[key].slopes)}
         return [
             NotTestable.of(one.effect, one.component, why)
-            for key, one in self.candidates.items()
-            if not np.any(self.near[key].slopes)
+            for one in self.recorded.model.candidates
+            if key_of(one) not in seen and not one.members
         ]

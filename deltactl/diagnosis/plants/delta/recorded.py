@@ -32,7 +32,8 @@ class Recorded:
         left = side_by_side(self.observed - self.nominal.predicted, len(readings.names))
         kept, self.stale = without_stale(readings, RANGES)
         self.valid: BoolArray = without_outliers(left, kept)
-        self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
+        able = [one for one in model.candidates if one.shapes]
+        self.candidates: dict[str, Candidate] = {key_of(one): one for one in able}
 
     @cached_property
     def processes(self) -> Processes:
@@ -42,7 +43,7 @@ class Recorded:
     @cached_property
     def starts(self) -> Starts:
         """Scores of the shapes of effects."""
-        return Starts(self.nominal, self.model.candidates)
+        return Starts(self.nominal, list(self.candidates.values()))
 
     @cached_property
     def free(self) -> tuple[FloatArray, FloatArray, list[str], int]:
