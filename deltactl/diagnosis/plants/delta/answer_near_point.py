@@ -60,10 +60,10 @@ class AnswerNearPoint(RegressionPlant):
     def _known(self) -> list[tuple[float, FloatArray]]:
         """Of effects of the robot file that were measured, what each may leave and does (n c,)."""
         found = []
-        for nuisance in self.recorded.model.nuisances:
+        for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
             if nuisance.measured:
-                share = nuisance.term.candidate.kind.discrepancy.elsewhere
-                found.append((share, self.around.without_always(nuisance.term)))
+                share = term.candidate.kind.discrepancy.elsewhere
+                found.append((share, self.around.without_always(term)))
         return found
 
     @property

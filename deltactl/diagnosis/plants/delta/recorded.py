@@ -58,7 +58,7 @@ class Recorded:
         names: list[str] = []
         for nuisance in (*model.nuisances, *tolerances):
             slopes = self._slopes(nuisance)
-            columns.append(slopes)
+            columns.append(slopes @ nuisance.directions)
             spreads += nuisance.spread
             one = nuisance.term.candidate
             names += [key_of(one)] * slopes.shape[1]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.experiment.design import EXPERIMENT
@@ -38,15 +39,16 @@ def next_run(
 def fitted_set(plant: DeltaPlant, explanation: Explanation) -> Tied:
     """A set at its end, with what the recording says of its sizes and of nuisances."""
     there, noise = plant.moved_to(explanation), plant.own_noise
-    tolerances, spreads, nuisances = there.free(), there.free().spread, there.recorded.free[3]
-    slopes = [tolerances.values[:, :nuisances]]
+    tolerances, nuisances = there.free(), there.recorded.free[3]
+    slopes = [there.around.always_slopes(one) for one in there.around.always]
     slopes += [near.slopes for near in there.acting.values()]
-    white = noise.whiten(np.concatenate(slopes, axis=1))
-    beside = noise.whiten(tolerances.values[:, nuisances:] * spreads[nuisances:])
+    white = noise.whiten(np.concatenate([np.zeros((len(plant.observed), 0)), *slopes], axis=1))
+    beside = noise.whiten((tolerances.values * tolerances.spread)[:, nuisances:])
     taken = Absorbed(beside)
     share = taken.share(white)
     gram = white.T @ white - share.T @ share
-    gram[np.diag_indices(nuisances)] += spreads[:nuisances] ** -2.0
+    known = [one.precision for one in there.recorded.model.nuisances]
+    gram[:nuisances, :nuisances] += block_diag(*known)
     root = np.linalg.cholesky(gram + 1e-9 * np.diag(np.diag(gram) + 1e-300)).T
     left = noise.whiten(plant.observed - there.around.predicted)
     of_left = taken.share(left)
