@@ -125,6 +125,14 @@ class ProcessOptions:
     """Log evidence that one must gain to be looked at among the others,"""
     most: int = 8
     """and how many are."""
+    past_s: tuple[float, ...] = (0.06, 0.3, 1.5)
+    """How long before a reading the past is looked at: three readings at 50 Hz, and five and 25
+    times that."""
+    least_past: float = 0.05
+    """What the past must explain of what the present does; less is a shape that is not quite right.
+    """
+    tied: float = 5.5
+    """Log evidence within which two covariates count as tied: one in a thousand by chance."""
 
 
 PROCESSES = ProcessOptions()

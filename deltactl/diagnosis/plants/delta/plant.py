@@ -21,10 +21,11 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.answer_near_point import AnswerNearPoint
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed, BesidePoint
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
-from deltactl.diagnosis.plants.delta.jumps import jumps
+from deltactl.diagnosis.plants.delta.jumps import aligned, jumps, late_of
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
     ChannelsNoise,
     fast_noise,
+    in_figures,
     saturated_noise,
 )
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS, PROCESSES
@@ -72,7 +73,8 @@ class DeltaPlant(AnswerNearPoint):
         self.recorded, self.careful, self._before = recorded, careful, before
         model = recorded.model
         self.readings, self.observed = model.readings, recorded.observed
-        self.channel, self.unit = self.readings.names[0], self.readings.units[0]
+        self.channel = self.readings.names[0]
+        self.unit = self.readings.units[int(np.argmax(in_figures(self.readings)))]
         self.count = len(self.readings.names)
         self.kinds = np.repeat(np.arange(self.count), len(self.readings.t_s))
         self.rows = np.flatnonzero(recorded.valid.T.ravel())
@@ -140,6 +142,11 @@ class DeltaPlant(AnswerNearPoint):
         return np.tile(self.readings.t_s, self.count)
 
     @cached_property
+    def counts(self) -> FloatArray:
+        """(n c,) 1 in the channels that figures are of."""
+        return np.repeat(in_figures(self.readings), len(self.readings.t_s))
+
+    @cached_property
     def groups(self) -> IntArray:
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
@@ -169,8 +176,9 @@ class DeltaPlant(AnswerNearPoint):
     @cached_property
     def candidates(self) -> dict[str, Candidate]:
         """All of them, with a jump of each joint at its best moment, and those at work."""
-        found = jumps(self.recorded.model, self._first, self._left, self._white)
-        scanned = {key_of(one): one for one in found.values()}
+        late_s = late_of(self.at_work.values())
+        found = jumps(self.recorded.model, self._first, self._left, self._white, late_s)
+        scanned = {key_of(one.candidate): one.candidate for one in found.values()}
         acting = {key: term.candidate for key, term in self.at_work.items()}
         return {**self.recorded.candidates, **scanned, **acting}
 
@@ -229,7 +237,7 @@ class DeltaPlant(AnswerNearPoint):
         """Whether a size that cannot be below nothing is."""
         return any(self.near[key].below_nothing(linear[key]) for key in keys if key in self.near)
 
-    def _left_by_names(self) -> float:
+    def left_by_names(self) -> float:
         """Chi-square that what is at work at the point may leave of any shape."""
         noise, total = self.own_noise, 0.0
         for key, term in self.at_work.items():
@@ -317,7 +325,7 @@ class DeltaPlant(AnswerNearPoint):
             self._columns[key].values for key in sorted(explanation.keys & self.unknown.keys())
         ]
         white = noise.whiten(np.concatenate(parts, axis=1))
-        start = self.terms_of(explanation)
+        start = aligned(self.terms_of(explanation), late_of(self.at_work.values()))
         others = self._other_starts(start, white)
         always = self._nuisances(explanation)
         around = Around(self.recorded.model, (), always)
@@ -361,7 +369,7 @@ class DeltaPlant(AnswerNearPoint):
         Those are most probable beside what is at work at the point.
         """
         every = self.recorded.processes.probable(self.own_noise, self._left, self._white)
-        least = PROCESSES.opened + 0.5 * self._left_by_names()
+        least = PROCESSES.opened + 0.5 * self.left_by_names()
         worth = [one for one in every if one.gain - one.paid > least]
         if not worth:
             return None

@@ -7,6 +7,7 @@ One whose most probable size is none has nothing to say (automatic relevance det
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -47,13 +48,20 @@ class Process:
         ways = " two-way" if self.two_way else ""
         return f"{UNKNOWN}{self.location} {self.covariate}{ways}"
 
+    def over(self, covariate: FloatArray) -> FloatArray:
+        """Its shapes (m, k) at values (m,) of the covariate."""
+        return np.asarray(_hats(covariate, self.knots, self.two_way) @ self.shapes)
+
     def columns(self, model: DeltaModel) -> Columns:
         """Its shapes in all channels (n c, k)."""
-        hats = _hats(model.covariates()[self.covariate], self.knots, self.two_way)
-        over = hats @ self.shapes
+        over = self.over(model.covariates()[self.covariate])
         change = model.inputs()[self.location]
         values = end_to_end(change[:, :, None] * over[:, None, :])
         return Columns(values, np.ones(values.shape[1]))
+
+
+Ways = tuple[Process, csr_array]
+"""A process without its shapes, and the straight lines between knots (n, knots)."""
 
 
 class Processes:
@@ -65,7 +73,7 @@ class Processes:
         varying = {n: x for n, x in covariates.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
         knots = {n: _knots(x) for n, x in varying.items()}
         empty = np.zeros((PROCESSES.knots, 0))
-        self._every: list[tuple[Process, csr_array]] = []
+        self._every: list[Ways] = []
         hats = {n: _hats(x, knots[n], False) for n, x in varying.items()}
         for location in model.inputs():
             for name in varying:
@@ -77,7 +85,23 @@ class Processes:
                 one = Process(location, own, True, knots[own], empty)
                 self._every.append((one, _hats(varying[own], knots[own], True)))
 
-    def probable(self, noise: ChannelsNoise, left: FloatArray, free: FloatArray) -> list[Process]:
+    def __len__(self) -> int:
+        return len(self._every)
+
+    def remembering(self, one: Process) -> list[Ways]:
+        """Processes at a place over earlier values of a covariate, and over the way it came."""
+        t_s, now = self.model.readings.t_s, self.model.covariates()[one.covariate]
+        pasts = [np.interp(t_s - late_s, t_s, now) for late_s in PROCESSES.past_s]
+        found = [(one, _hats(past, one.knots, False)) for past in pasts]
+        return [*found, (replace(one, two_way=True), _hats(now, one.knots, True))]
+
+    def probable(
+        self,
+        noise: ChannelsNoise,
+        left: FloatArray,
+        free: FloatArray,
+        among: Sequence[Ways] | None = None,
+    ) -> list[Process]:
         """Each with its most probable length and size, those that gain nothing left out.
 
         left: (n c,) unexplained. free: whitened columns (m, p) in their spreads, fitted beside it.
@@ -88,7 +112,7 @@ class Processes:
         weight = diags_array(noise.scale * noise.sigma)
         operators = {n: csr_array(weight @ noise.whitener.at_input(x)) for n, x in inputs.items()}
         found = []
-        for process, hats in self._every:
+        for process, hats in self._every if among is None else among:
             column = csr_array(operators[process.location] @ hats)
             share = taken.root_of(np.asarray((column.T @ free).T))
             gram = np.asarray((column.T @ column).toarray()) - share.T @ share
