@@ -16,6 +16,7 @@ from deltactl.diagnosis.answer.records import (
     Table,
     Where,
 )
+from deltactl.diagnosis.answer.verdict import rather_unknown
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.regression_holdout import over_what_it_follows, scaled_covariance
 from deltactl.diagnosis.assessment.significance import chance
@@ -50,10 +51,12 @@ def _likely(finding: Finding) -> bool:
     return sum(p or 0.0 for p in chances) >= SELECTION.likely
 
 
-def _first(finding: Finding) -> tuple[bool, float, float]:
-    """What has a name comes first, and of those what most of the model error hangs on."""
-    by_chi2 = finding.evidence.delta_chi2
-    return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
+def _first(finding: Finding) -> tuple[bool, bool, float, float]:
+    """What has a name comes first, and of those what most of the model error hangs on; last what
+    is more probably a part of something unknown.
+    """
+    by_chi2, share = finding.evidence.delta_chi2, finding.share_of_mismatch
+    return rather_unknown(finding), finding.effect == "unknown", -share, -by_chi2
 
 
 def _finding(selected: Selected, together: Sequence[Regressor], readings: Readings) -> Finding:

@@ -207,7 +207,10 @@ class AnswerNearPoint(RegressionPlant):
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
         """What bounds the noise of the channels that figures are of; see `RegressionPlant`."""
-        channels, groups = side_by_side(left, self.count), np.cumsum(self.readings.fresh).astype(np.intp)
+        channels, groups = (
+            side_by_side(left, self.count),
+            np.cumsum(self.readings.fresh).astype(np.intp),
+        )
         bounds = []
         for column in np.flatnonzero(in_figures(self.readings)):
             read = np.flatnonzero(self.recorded.valid[:, column])

@@ -70,7 +70,7 @@ class Followed:
     def _table(self) -> Table | None:
         """Numbers over the covariate, as far as readings tell of it; None of several."""
         (one, *more) = self.processes
-        if more or one.two_way:
+        if more or one.two_way or one.rate_hz:
             return None
         seen = self._covariates[one.covariate][self._decided]
         places = np.linspace(float(seen.min()), float(seen.max()), UNKNOWN.places_in_table)
@@ -81,9 +81,9 @@ class Followed:
     def _tied(self) -> list[str]:
         """Other covariates that explain at this place as much, the best first."""
         (one, *more) = self.processes
-        if more:
+        if more or one.rate_hz:
             return []
-        every = self._probable(self.without)
+        every = [x for x in self._probable(self.without) if not x.rate_hz]
         own = [x for x in every if (x.location, x.two_way) == (one.location, one.two_way)]
         least = max((x.gain for x in own if x.covariate == one.covariate), default=math.inf)
         return [
