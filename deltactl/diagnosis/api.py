@@ -10,7 +10,6 @@ from deltactl.diagnosis.admission.admit import Progress, admit
 from deltactl.diagnosis.admission.excerpt import most_rows, thinned
 from deltactl.diagnosis.answer.assembly import known_of
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.estimation.side_by_side import only_here
 from deltactl.diagnosis.pipelines.by_machine import diagnosed
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.in_words import in_words
@@ -101,7 +100,6 @@ def diagnose_recordings(
     motion_limits: MotionLimits | None = None,
 ) -> Diagnosis:
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
-    progress = only_here(progress)
     units = {name: unit for one in recordings for name, unit in one.units.items()}
     with said_in(units.values()):
         admission = admit(accepted, recordings, holdout, motion_limits, progress)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from deltactl.diagnosis.estimation.least_squares import Fitter
 
-from deltactl.diagnosis.estimation.noise import estimate
+from deltactl.diagnosis.evidence.autoregression import estimate
 from deltactl.diagnosis.experiment.ties import Tie
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel

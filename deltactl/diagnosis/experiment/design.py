@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.noise import ChannelNoise, Whitener, history
+from deltactl.diagnosis.evidence.autoregression import ChannelNoise, Whitener, history
 from deltactl.diagnosis.experiment.ties import Explanation, Key, Tie
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.plants.candidate import Term

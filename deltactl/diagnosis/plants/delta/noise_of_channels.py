@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.noise import Whitener, estimate
+from deltactl.diagnosis.evidence.autoregression import Whitener, estimate
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_square
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.saturated_model import given_back

@@ -11,12 +11,12 @@ import numpy as np
 from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
-from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 TINY = float(np.finfo(np.float64).tiny)
-AR_ORDER = ESTIMATION.ar_order
+AR_ORDER = EVIDENCE.ar_order
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class Whitener:
     def weighed(self, residual: FloatArray) -> Whitener:
         """The same with Huber weights from a residual (n, channels)."""
         plain = Whitener(self.channels, np.ones_like(self.weight))(residual)
-        weight = np.sqrt(np.minimum(1.0, ESTIMATION.huber / np.maximum(np.abs(plain), 1e-12)))
+        weight = np.sqrt(np.minimum(1.0, EVIDENCE.huber / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
     def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
@@ -127,9 +127,9 @@ class Whitener:
         drawn = np.zeros((rows, len(self.channels)))
         for column, noise in enumerate(self.channels):
             seen = np.unique(noise.rows)
-            fresh = noise.sigma * rng.standard_normal(len(seen) + ESTIMATION.warm_up)
+            fresh = noise.sigma * rng.standard_normal(len(seen) + EVIDENCE.warm_up)
             memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[ESTIMATION.warm_up :]
+            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[EVIDENCE.warm_up :]
         return drawn
 
 
@@ -144,7 +144,7 @@ def history(readings: Readings, valid: Any) -> list[IntArray]:
         )
         if len(table):
             usual = np.median(np.diff(rows))
-            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + ESTIMATION.longest_hole
+            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + EVIDENCE.longest_hole
             table = table[near & (stretch[table[:, 0]] == stretch[table[:, -1]])]
         result.append(table.reshape(-1, AR_ORDER + 1))
     return result
