@@ -25,28 +25,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-<<<<<<< HEAD
-from deltactl.diagnosis.estimation.budget import Budget
-from deltactl.diagnosis.estimation.estimate import Solution
-from deltactl.diagnosis.evidence.noise_estimation import once_more, prepare
-from deltactl.diagnosis.score_tests.change_points import without_stale
-from deltactl.diagnosis.search.addition import add
-from deltactl.diagnosis.search.exchange import best_of, pairs_for_one
-from deltactl.diagnosis.search.search import Search
-from deltactl.diagnosis.selection.ambiguity import stands_of
-from deltactl.diagnosis.selection.credible_set import credible
-
-from deltactl.diagnosis.estimation.side_by_side import alone
-from deltactl.diagnosis.plants.candidate import Candidate
-from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.priors.size_priors import odds_cost, size_cost
-=======
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.selection.model_posterior import HillClimb
->>>>>>> onedelta
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.effects import found_by
 from deltactl.models.effects.card import Search as Searched

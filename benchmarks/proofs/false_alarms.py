@@ -16,15 +16,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-<<<<<<< HEAD
-from deltactl.diagnosis.evidence.detection import Detection
-from deltactl.diagnosis.evidence.noise_estimation import prepare
-
-from deltactl.diagnosis.plants.delta.model import DeltaModel
-=======
 
 from deltactl.diagnosis.api import diagnose_recordings
->>>>>>> onedelta
 from deltactl.models.robot_files import load_delta
 from deltactl.proof.cases import ROBOT, move
 from deltactl.proof.prove.reliability import wilson
