@@ -96,7 +96,7 @@ def _sizes(finding: Finding) -> Iterator[str]:
     values = [value for size in finding.parameters.values() for value, _, _ in size.components]
     if has(finding.effect, Trait.WHOLE_STEPS) and "steps" in finding.parameters:
         ((steps, _, _),) = finding.parameters["steps"].components
-        if abs(steps) < 1.0:
+        if abs(steps) < VERDICT.least_steps:
             yield f"{name}: less than one step"
     if values and not any(values):
         yield f"{name}: no size"

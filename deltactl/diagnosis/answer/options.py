@@ -52,6 +52,8 @@ class VerdictOptions:
     rounding: float = 1e-9
     """Rounding of shares and probabilities that are added up: far above what sixteen digits
     lose."""
+    least_steps: float = 1.0
+    """A motor loses whole steps; less than one microstep is none."""
 
 
 VERDICT = VerdictOptions()

@@ -52,7 +52,7 @@ def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tupl
 def _sampled(noise: TemperedNoise, other: RegressionPlant) -> FloatArray:
     """Share of the variance of another recording's rows (m,) that does not lie between samples."""
     if noise.sampled is None or other.unsampled is None:
-        return np.ones(len(other.rows))
+        return other.counts[other.rows]
     own = float(np.mean(noise.sigma**2 * noise.sampled))
     return own / (own + other.unsampled[other.rows] ** 2)
 

@@ -46,8 +46,7 @@ def diagnosed(
     """
     machine = admission.passed()
     if isinstance(machine, Delta):
-        drive = machine.model.robot.drive
-        return _delta(machine, drive.rad_per_step if drive else 0.0, progress, limits)
+        return _delta(machine, progress, limits)
     if isinstance(machine, Lone):
         if isinstance(machine.plant, ServoDelta):
             return _joints(machine, progress)
@@ -56,18 +55,13 @@ def diagnosed(
         if isinstance(machine.plant, PosePlant):
             return _posed(machine, progress)
         return _axis(admission, machine, progress)
-    outside = _delta(machine.outside, 0.0, progress, limits)
+    outside = _delta(machine.outside, progress, limits)
     if not isinstance(machine.torques, Lone):
         return _alone(outside, machine.torques.says)
     return joined(_joints(machine.torques, progress), in_words(outside))
 
 
-def _delta(
-    machine: Delta,
-    rad_per_step: float,
-    progress: Progress,
-    limits: MotionLimits | None,
-) -> Diagnosis:
+def _delta(machine: Delta, progress: Progress, limits: MotionLimits | None) -> Diagnosis:
     plant = DeltaPlant(Recorded(machine.model))
     others = [DeltaPlant(Recorded(one)) for one in machine.held_out]
 
@@ -76,13 +70,7 @@ def _delta(
         assert isinstance(near, DeltaPlant)
         return next_run(near, selected.posterior.explanations, limits)
 
-    answer = diagnose_plant(plant, others, progress, runs=runs)
-    names = machine.model.readings.names
-
-    def apart(column: FloatArray) -> FloatArray:
-        return column.reshape(len(names), -1).T
-
-    return _apart(answer, apart, machine.model.readings.t_s, names=names)
+    return diagnose_plant(plant, others, progress, runs=runs)
 
 
 def _answered(

@@ -234,6 +234,11 @@ def sensible(location: str, covariate: str) -> bool:
     return True
 
 
+def unit_at(location: str) -> str:
+    """Unit of what enters at an input location."""
+    return "rad" if location.startswith(MOTOR) else "m"
+
+
 def own_place(location: str) -> str:
     """Covariate of the place of what enters at an input location."""
     return location.replace(MOTOR, "theta_")
