@@ -356,6 +356,10 @@ class RegressionPlant:
         """The same, built as its file says whatever is chosen; None where it is so already."""
         return None
 
+    def holds_at(self, best: Any) -> bool:
+        """Whether columns made here still hold at what an explanation adds without a name."""
+        return True
+
     def moved_to(self, best: Any) -> RegressionPlant:
         """The same with columns made at the sizes of an explanation, fitted to their end."""
         return self
