@@ -21,6 +21,8 @@ class Nuisance:
     spread: tuple[float, ...]
     measured: bool = False
     """An effect that the robot file has from an earlier diagnosis."""
+    held: bool = False
+    """Such an effect, or an error of building that this diagnosis needed beside it."""
     together: float | None = None
     """Standard deviation of the sum of the coordinates, where that is known better."""
 
@@ -36,7 +38,8 @@ class Nuisance:
         if self.together is None:
             return np.eye(len(self.spread))
         root: FloatArray = np.linalg.cholesky(np.linalg.inv(self.precision))
-        return root / np.array(self.spread)
+        scaled: FloatArray = root / np.array(self.spread)
+        return scaled
 
     def at_sizes(self, sizes: FloatArray) -> Term:
         """The term at sizes (k,) along `directions`, within its bounds."""

@@ -13,7 +13,7 @@ from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.assessment.intervals import parameters, spreads
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.laplace import Explanation
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.built_loosely import allowed_for
 from deltactl.diagnosis.plants.delta.point import (
@@ -64,6 +64,11 @@ class AnswerNearPoint(RegressionPlant):
                 share = term.candidate.kind.discrepancy.elsewhere
                 found.append((share, self.around.without_always(term)))
         return found
+
+    @property
+    def held(self) -> IntArray:  # type: ignore[override]
+        """See `RegressionPlant`."""
+        return self.recorded.held
 
     @property
     def left_by_known(self) -> Sequence[tuple[float, FloatArray]]:  # type: ignore[override]
