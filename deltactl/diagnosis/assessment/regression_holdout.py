@@ -64,7 +64,7 @@ def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tupl
 def _sampled(noise: TemperedNoise, other: RegressionPlant) -> FloatArray:
     """Share of the variance of another recording's rows (m,) that does not lie between samples."""
     if noise.sampled is None or other.unsampled is None:
-        return np.ones(len(other.rows))
+        return other.counts[other.rows]
     own = float(np.mean(noise.sigma**2 * noise.sampled))
     return own / (own + other.unsampled[other.rows] ** 2)
 
@@ -194,8 +194,7 @@ def scaled_covariance(explanation: Explanation, any_size: Collection[str] = ()) 
 
     any_size: regressors whose sizes may be anything, where those of the others are as usual.
     """
-    tangent = explanation.tangent
     usual = [float(name.partition(".")[0] not in any_size) for name in explanation.names]
-    bread = np.linalg.inv(np.diag(usual) + tangent.T @ tangent)
+    bread = np.linalg.inv(np.diag(usual) + explanation.gram)
     widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
     return widened

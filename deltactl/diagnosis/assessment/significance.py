@@ -146,8 +146,9 @@ def _changes(
 ) -> list[float]:
     """By how much the log evidence of a set changes with the spreads of its sizes."""
     has_spread, sizes = np.array(_has_spread(explanation, by_key)), _in_spreads(explanation)
-    gram = explanation.tangent.T @ explanation.tangent
-    along = explanation.tangent.T @ explanation.white
+    gram = explanation.gram
+    along = np.concatenate([shape.T @ explanation.white for shape in explanation.shapes])
+    along[explanation.taken] = 0.0
     found = []
     for factor in factors:
         scale = np.where(has_spread, factor, 1.0)

@@ -9,7 +9,7 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -58,6 +58,13 @@ class Explanation:
     """Whitened model error (m,) by the base."""
     theta: FloatArray
     """Linear sizes (p,), each in its prior spread."""
+    products: Callable[[], FloatArray]
+    """Scalar products of all shapes."""
+
+    @cached_property
+    def gram(self) -> FloatArray:
+        """Scalar products (p, p) of all shapes."""
+        return self.products()
 
     @cached_property
     def white(self) -> FloatArray:
@@ -86,15 +93,23 @@ class Explanation:
 class Laplace:
     """Evaluates sets of regressors of one plant under one noise; remembers what it evaluated."""
 
-    def __init__(self, plant: RegressionPlant, noise: TemperedNoise, before: Laplace | None = None):
-        """before: the same under an earlier noise, whose sizes are where the fits begin."""
+    def __init__(
+        self,
+        plant: RegressionPlant,
+        noise: TemperedNoise,
+        before: Laplace | None = None,
+        alike: Laplace | None = None,
+    ):
+        """before: the same under an earlier noise, whose sizes are where the fits begin. alike: of
+        another plant under the same noise, which may have some of the columns.
+        """
         self.plant, self.noise, self._before = plant, noise, before
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
         self._tolerated = tolerated(plant)
         self._known: dict[frozenset[str], Explanation] = {}
-        self._blocks: dict[str, tuple[Columns, Block]] = {}
-        self._products = Products()
+        self._blocks: dict[str, tuple[Columns, Block]] = alike._blocks if alike else {}
+        self._products: Products = alike._products if alike else Products()
         self._targets: dict[int, Target] = {}
 
     @property
@@ -280,11 +295,17 @@ class Laplace:
         self, target: Target, blocks: list[Block], taken: IntArray
     ) -> tuple[FloatArray, float, FloatArray]:
         """Linear sizes (p,) in their prior spread, penalised cost, and inverse covariance."""
-        share, gram = target.share(blocks), self._products.of(blocks)
-        share[taken] = gram[taken] = gram[:, taken] = 0.0
+        share, gram = target.share(blocks), self._gram(blocks, taken)
+        share[taken] = 0.0
         gram[np.diag_indices_from(gram)] += 1.0
         theta = self._within_tolerance(gram, share)
         return theta, target.power - float(theta @ (2.0 * share - gram @ theta)), gram
+
+    def _gram(self, blocks: list[Block], taken: IntArray) -> FloatArray:
+        """Scalar products (p, p) of all columns but those taken over."""
+        gram = self._products.of(blocks)
+        gram[taken] = gram[:, taken] = 0.0
+        return gram
 
     def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
         """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
@@ -311,7 +332,8 @@ class Laplace:
             slopes = [self._slope(keys, point, whole, m)[: len(target.white)] for m in moved]
             shapes += [slope[:, None] for slope in slopes]
             tangent = _side_by_side(len(target.white), shapes, taken)
-            known = np.eye(tangent.shape[1]) + tangent.T @ tangent
+            gram = tangent.T @ tangent
+            known = np.eye(tangent.shape[1]) + gram
         spreads = np.concatenate([c.spread for c in columns.values()])
         ends = np.cumsum([len(c.spread) for c in columns.values()])[:-1]
         linear = dict(zip(columns, np.split(theta * spreads, ends), strict=True))
@@ -334,6 +356,7 @@ class Laplace:
             shapes=tuple(shapes), taken=taken, names=tuple(names),
             spreads=np.concatenate([spreads, [size.spread for _, size in moved]]),
             target=target.white, theta=theta,
+            products=lambda: gram if moved else self._gram(blocks, taken),
         )  # fmt: skip
 
     def _charged(self, target: Target, blocks: list[Block], taken: IntArray) -> float:

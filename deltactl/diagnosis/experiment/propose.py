@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,7 @@ import numpy as np
 import yaml
 
 from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
-from deltactl.diagnosis.estimation.noise import Whitener
-from deltactl.diagnosis.estimation.side_by_side import side_by_side
+from deltactl.diagnosis.evidence.autoregression import Whitener
 from deltactl.diagnosis.experiment.design import EXPERIMENT, Run, both_ways
 from deltactl.diagnosis.experiment.ties import Sides, Tie
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
@@ -136,8 +134,7 @@ def open_tie(sides: Sides, minutes: float | None = None, needs_drive: bool = Fal
 
 
 def _rate(runs: Sequence[Run], ties: Sequence[Tie], repeats: float, steps: int) -> list[_Rated]:
-    def evidence(run: Run) -> FloatArray:
-        return np.array([both_ways(run, tie, repeats, steps) for tie in ties])
+    def rated(run: Run) -> _Rated:
+        return _Rated(run, np.array([both_ways(run, tie, repeats, steps) for tie in ties]))
 
-    found = side_by_side([partial(evidence, run) for run in runs])
-    return [_Rated(run, own) for run, own in zip(runs, found, strict=True)]
+    return [rated(run) for run in runs]

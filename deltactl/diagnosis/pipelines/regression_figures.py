@@ -26,10 +26,14 @@ from deltactl.diagnosis.selection.options import SELECTION
 
 def rest_of(selected: Selected) -> Rest:
     """What the tests say of the residual: what it may follow, and its size."""
-    by_size, by_shape = beyond_noise(selected), _by_shape(selected)
+    by_size = beyond_noise(selected)
+    charged = charge(selected.plant, selected.noise, selected.best)
+    by_shape = selected.plant.rest(selected.best, charged) or _by_shape(selected)
     if by_size.p >= by_shape.p:
         return by_shape
-    return replace(by_size, depends_on=by_shape.depends_on if seen(by_shape.p) else ())
+    if not seen(by_shape.p):
+        return by_size
+    return replace(by_size, depends_on=by_shape.depends_on, component=by_shape.component)
 
 
 def beyond_noise(selected: Selected) -> Rest:
@@ -76,7 +80,7 @@ def fit_of(
 ) -> Fit:
     """Figures of the fit; what neither a test nor its size tells from noise is the noise floor."""
     after_m = rms_left(selected.best, selected.noise)
-    free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
+    free_m = selected.left_over.noise.size
     before, after = blocks.before, blocks.after
     if others:
         before, after = on_other_runs(selected, others)
@@ -110,14 +114,14 @@ def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
 def _left_by_file(selected: Selected) -> float:
     """Mean square of what effects of the robot file may leave."""
     rows = selected.noise.rows
-    parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
-    return float(sum(parts))
+    rms, known = selected.noise.rms, selected.plant.left_by_known
+    return sum(share * rms(alone[rows]) ** 2 for share, alone in known)
 
 
 def _done_by_known(selected: Selected) -> float:
     """How large what effects of the file do is, root mean square over the rows that count."""
     done = selected.plant.done_by_known
-    return 0.0 if done is None else float(np.sqrt(np.mean(done[selected.noise.rows] ** 2)))
+    return 0.0 if done is None else selected.noise.rms(done[selected.noise.rows])
 
 
 def _at_rest(selected: Selected) -> AtRest | None:
@@ -207,10 +211,11 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
         noise=float(np.median(selected.left_over.noise.sigma)),
         counted=counted,
     )
-    return Picture(
+    whole = Picture(
         t_s=plant.t_s,
         channels=[channel],
         covariates=dict(plant.covariates),
         shift_s=plant.readings.shift_s,
         rests=plant.stays >= 0 if _follows_a_command(plant) else None,
     )
+    return plant.drawn(whole)

@@ -16,6 +16,7 @@ from deltactl.diagnosis.answer.records import (
     Table,
     Where,
 )
+from deltactl.diagnosis.answer.verdict import rather_unknown
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.regression_holdout import (
     as_file_says,
@@ -39,9 +40,13 @@ TABLED = {("position",), ("distance",)}
 
 def findings(selected: Selected, readings: Readings) -> list[Finding]:
     """All findings, the one that explains most first."""
-    plant, best = selected.plant, selected.best
-    by_key = {r.key: r for r in plant.regressors}
-    found = [_finding(selected, by_key[key], readings) for key in sorted(best.found)]
+    by_key = {r.key: r for r in selected.plant.regressors}
+    places: dict[tuple[str, str], list[Regressor]] = {}
+    for key in sorted(selected.best.found):
+        one = by_key[key]
+        at_place = one.unknown and not one.left_over
+        places.setdefault((one.component, "") if at_place else ("", key), []).append(one)
+    found = [_finding(selected, together, readings) for together in places.values()]
     return sorted(filter(_likely, found), key=_first)
 
 
@@ -51,15 +56,18 @@ def _likely(finding: Finding) -> bool:
     return sum(p or 0.0 for p in chances) >= SELECTION.likely
 
 
-def _first(finding: Finding) -> tuple[bool, float, float]:
-    """What has a name comes first, and of those what most of the model error hangs on."""
-    by_chi2 = finding.evidence.delta_chi2
-    return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
+def _first(finding: Finding) -> tuple[bool, bool, float, float]:
+    """What has a name comes first, and of those what most of the model error hangs on; last what
+    is more probably a part of something unknown.
+    """
+    by_chi2, share = finding.evidence.delta_chi2, finding.share_of_mismatch
+    return rather_unknown(finding), finding.effect == "unknown", -share, -by_chi2
 
 
-def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Finding:
-    best = selected.best
-    without = selected.evidence(best.keys - {regressor.key}, [best])
+def _finding(selected: Selected, together: Sequence[Regressor], readings: Readings) -> Finding:
+    """together: an effect, or all that has no name at one place."""
+    best, regressor, keys = selected.best, together[0], [one.key for one in together]
+    without = selected.evidence(best.keys - set(keys), [best])
     bare = as_file_says(selected.plant, without)
     gain = max(without.chi2 - best.chi2, 0.0)
     apart = [_apart(selected, regressor, t) for t in regressor.equivalents]
@@ -67,7 +75,8 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
     odds = np.exp([0.0, *log_odds])
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
-    whole, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    whole = sum((_own(selected, key) for key in keys), np.zeros(len(best.base)))
+    sized = sizes(selected, regressor.key)
     made, axes = whole[selected.noise.rows], selected.plant.shown_on(whole)
     alone_m, alone_ci95_m = _alone(selected, made, selected.plant.shown(regressor.key), sized)
     alternatives = [
@@ -85,7 +94,7 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
     if imitated is not None:
         alternatives.insert(0, imitated)
         probability *= CREDIBLE.beside_in_place
-    return Finding(
+    found = Finding(
         effect=regressor.effect,
         component=regressor.component,
         says="",
@@ -105,6 +114,7 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
         depends_on=list(regressor.follows),
         table=_table(selected, regressor),
     )
+    return found.model_copy(update=selected.plant.described(found, keys, best, without))
 
 
 def _share(selected: Selected, without: Explanation) -> float:
@@ -129,7 +139,7 @@ def _own(selected: Selected, key: str) -> FloatArray:
 def _own_share(selected: Selected, own: FloatArray) -> float:
     """Share of the model error's power that is its own."""
     whole = rms_left(as_file_says(selected.plant, selected.empty), selected.noise)
-    return float(np.mean(own**2)) / max(whole**2, 1e-300)
+    return (selected.noise.rms(own) / max(whole, 1e-150)) ** 2
 
 
 def _alone(

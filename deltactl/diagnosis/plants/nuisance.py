@@ -38,8 +38,8 @@ class Nuisance:
         if self.together is None:
             return np.eye(len(self.spread))
         root: FloatArray = np.linalg.cholesky(np.linalg.inv(self.precision))
-        scaled: FloatArray = root / np.array(self.spread)
-        return scaled
+        directions: FloatArray = root / np.array(self.spread)
+        return directions
 
     def at_sizes(self, sizes: FloatArray) -> Term:
         """The term at sizes (k,) along `directions`, within its bounds."""

@@ -15,8 +15,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from deltactl.diagnosis.answer.finding import IN_ALL, ParameterResult
+from deltactl.diagnosis.answer.finding import IN_ALL, Finding, ParameterResult
+from deltactl.diagnosis.answer.picture import Picture
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.answer.verdict import Rest
 from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import (
     Bound,
@@ -244,6 +246,11 @@ class RegressionPlant:
         """(n,) small numbers: rows of one number share one noise; as `kinds`, or coarser."""
         return self.kinds
 
+    @cached_property
+    def counts(self) -> FloatArray:
+        """(n,) weight of a reading in figures of the model error: 0 where its unit is another."""
+        return np.ones(len(self.t_s))
+
     @property
     def stays(self) -> IntArray:
         """Number (n,) of the stay at one place that a row belongs to; -1 in motion."""
@@ -368,6 +375,26 @@ class RegressionPlant:
     def spread(self, key: str, sizes: FloatArray, covariance: FloatArray) -> dict[str, list[float]]:
         """See `Finding.spread`, by all sizes of a regressor (k,)."""
         return {}
+
+    def described(
+        self, finding: Finding, keys: Sequence[str], best: Any, without: Any
+    ) -> dict[str, Any]:
+        """Fields of the finding of these regressors that their columns do not tell.
+
+        without: the explanation less all of them.
+        """
+        return {}
+
+    def drawn(self, picture: Picture) -> Picture:
+        """A picture with a channel for each that was laid end to end."""
+        return picture
+
+    def rest(self, best: Any, charged: float) -> Rest | None:
+        """What an explanation leaves, by shapes of no spline term; None where there are none.
+
+        charged: chi-square that effects of the file may leave.
+        """
+        return None
 
     def remarks(self, best: Any, covariance: FloatArray) -> dict[str, Any]:
         """Further fields of the answer, by the best explanation and the covariance of its sizes."""

@@ -112,7 +112,7 @@ def _as_built(plant: RegressionPlant) -> Found:
     for odds, one in plant.built():
         if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
             break
-        evidence = Laplace(one, plant.own_noise)
+        evidence = Laplace(one, plant.own_noise, alike=tried[0][2] if tried else None)
         found = HillClimb(evidence).run(start)
         start = found.best.keys
         tried.append((odds + found.best.log_evidence, one, evidence, found))

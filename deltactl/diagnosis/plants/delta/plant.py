@@ -21,10 +21,11 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.answer_near_point import AnswerNearPoint
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed, BesidePoint
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
-from deltactl.diagnosis.plants.delta.jumps import jumps
+from deltactl.diagnosis.plants.delta.jumps import jumps, late_of
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
     ChannelsNoise,
     fast_noise,
+    in_figures,
     saturated_noise,
 )
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS, PROCESSES
@@ -73,7 +74,8 @@ class DeltaPlant(AnswerNearPoint):
         self.recorded, self.careful, self._before = recorded, careful, before
         model = recorded.model
         self.readings, self.observed = model.readings, recorded.observed
-        self.channel, self.unit = self.readings.names[0], self.readings.units[0]
+        self.channel = self.readings.names[0]
+        self.unit = self.readings.units[int(np.argmax(in_figures(self.readings)))]
         self.count = len(self.readings.names)
         self.kinds = np.repeat(np.arange(self.count), len(self.readings.t_s))
         self.rows = np.flatnonzero(recorded.valid.T.ravel())
@@ -141,6 +143,11 @@ class DeltaPlant(AnswerNearPoint):
         return np.tile(self.readings.t_s, self.count)
 
     @cached_property
+    def counts(self) -> FloatArray:
+        """(n c,) 1 in the channels that figures are of."""
+        return np.repeat(in_figures(self.readings), len(self.readings.t_s))
+
+    @cached_property
     def groups(self) -> IntArray:
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
@@ -172,8 +179,9 @@ class DeltaPlant(AnswerNearPoint):
         """All of them, with a jump of each joint at its best moment, and those at work, which no
         group has as well.
         """
-        found = jumps(self.recorded.model, self._first, self._left, self._white)
-        scanned = {key_of(one): one for one in found.values()}
+        late_s = late_of(self.at_work.values())
+        found = jumps(self.recorded.model, self._first, self._left, self._white, late_s)
+        scanned = {key_of(one.candidate): one.candidate for one in found.values()}
         acting = {key: term.candidate for key, term in self.at_work.items()}
         single = {(one.effect, one.component) for one in acting.values()}
         every = self.recorded.candidates
@@ -250,7 +258,7 @@ class DeltaPlant(AnswerNearPoint):
             self.acting[key].no_machine_has(linear[key]) for key in acting
         )
 
-    def _left_by_names(self) -> float:
+    def left_by_names(self) -> float:
         """Chi-square that what is at work at the point, and what the file has from an earlier
         diagnosis, may leave of any shape.
         """
@@ -339,7 +347,10 @@ class DeltaPlant(AnswerNearPoint):
         """See `RegressionPlant`."""
         if self.careful == PENALTIES.most_careful:
             return None
-        plain = DeltaPlant(self.recorded)
+        first = self
+        while first._before is not None:
+            first = first._before
+        plain = copy(first)
         plain._only_careful = True
         return plain
 
@@ -395,7 +406,7 @@ class DeltaPlant(AnswerNearPoint):
         Those are most probable beside what is at work at the point.
         """
         every = self.recorded.processes.probable(self.own_noise, self._left, self._white)
-        least = PROCESSES.opened + 0.5 * self._left_by_names()
+        least = PROCESSES.opened + 0.5 * self.left_by_names()
         worth = [one for one in every if one.gain - one.paid > least]
         if not worth:
             return None

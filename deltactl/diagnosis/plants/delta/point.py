@@ -14,7 +14,7 @@ import numpy as np
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.contract import Model
+from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
 from deltactl.models.effects import Trait, has
@@ -167,7 +167,9 @@ def is_straight(candidate: Candidate) -> bool:
 class Around:
     """Predictions around terms at work."""
 
-    def __init__(self, model: Model, terms: Sequence[Term], always: Sequence[Term] | None = None):
+    def __init__(
+        self, model: DeltaModel, terms: Sequence[Term], always: Sequence[Term] | None = None
+    ):
         """always: nuisances; where none are given, as they usually are."""
         self.model, self.terms = model, tuple(terms)
         usual = [nuisance.term for nuisance in model.nuisances]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,12 +11,12 @@ import numpy as np
 from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
-from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 TINY = float(np.finfo(np.float64).tiny)
-AR_ORDER = ESTIMATION.ar_order
+AR_ORDER = EVIDENCE.ar_order
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class Whitener:
     def weighed(self, residual: FloatArray) -> Whitener:
         """The same with Huber weights from a residual (n, channels)."""
         plain = Whitener(self.channels, np.ones_like(self.weight))(residual)
-        weight = np.sqrt(np.minimum(1.0, ESTIMATION.huber / np.maximum(np.abs(plain), 1e-12)))
+        weight = np.sqrt(np.minimum(1.0, EVIDENCE.huber / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
     def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
@@ -127,9 +127,9 @@ class Whitener:
         drawn = np.zeros((rows, len(self.channels)))
         for column, noise in enumerate(self.channels):
             seen = np.unique(noise.rows)
-            fresh = noise.sigma * rng.standard_normal(len(seen) + ESTIMATION.warm_up)
+            fresh = noise.sigma * rng.standard_normal(len(seen) + EVIDENCE.warm_up)
             memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[ESTIMATION.warm_up :]
+            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[EVIDENCE.warm_up :]
         return drawn
 
 
@@ -144,19 +144,28 @@ def history(readings: Readings, valid: Any) -> list[IntArray]:
         )
         if len(table):
             usual = np.median(np.diff(rows))
-            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + ESTIMATION.longest_hole
+            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + EVIDENCE.longest_hole
             table = table[near & (stretch[table[:, 0]] == stretch[table[:, -1]])]
         result.append(table.reshape(-1, AR_ORDER + 1))
     return result
 
 
 def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
-    """Noise model of a residual (n, channels) that a rich enough model has left.
+    """Noise model of a residual (n, channels) that a rich enough model has left."""
+    channels, centred = channels_of(readings, history(readings, valid), residual)
+    size = sum(len(noise.rows) for noise in channels)
+    return Whitener(channels, np.ones(size)).weighed(centred)
+
+
+def channels_of(
+    readings: Readings, histories: Iterable[IntArray], residual: FloatArray
+) -> tuple[tuple[ChannelNoise, ...], FloatArray]:
+    """Noise of each channel, and the residual (n, channels) less its constants.
 
     A constant in a channel is no noise: the first residual still has it.
     """
     channels, residual = [], residual.copy()
-    for column, rows in enumerate(history(readings, valid)):
+    for column, rows in enumerate(histories):
         if len(rows):
             residual[:, column] -= np.median(residual[rows[:, 0], column])
         x = residual[:, column]
@@ -177,8 +186,7 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
         sigma = max(float(np.std(innovation[core])), 0.3 * rounding)
         channels.append(ChannelNoise(rows, phi, max(sigma, 1e-12), spread))
-    size = sum(len(noise.rows) for noise in channels)
-    return Whitener(tuple(channels), np.ones(size)).weighed(residual)
+    return tuple(channels), residual
 
 
 def stationary(phi: FloatArray) -> FloatArray:
