@@ -26,7 +26,6 @@ from deltactl.diagnosis.assessment.regression_holdout import (
     Blocks,
     beyond_noise,
     on_blocks,
-    scaled_covariance,
 )
 from deltactl.diagnosis.assessment.significance import (
     as_found,
@@ -43,7 +42,7 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     picture_of,
     rest_of,
 )
-from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
+from deltactl.diagnosis.pipelines.regression_findings import covariance_as_left, findings, sizes
 from deltactl.diagnosis.pipelines.repeated_readings import repeated
 from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
@@ -151,8 +150,7 @@ class SummedColumns:
 
     def remarks(self) -> dict[str, Any]:
         """Whether several recordings agree, and what the plant has to say."""
-        best = self.selected.best
-        own = self.plant.remarks(best, scaled_covariance(best))
+        own = self.plant.remarks(self.selected.best, covariance_as_left(self.selected))
         return {"agreement": self.compared, **own}
 
 

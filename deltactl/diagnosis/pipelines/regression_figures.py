@@ -13,7 +13,7 @@ from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.answer.verdict import Rest, seen
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.persistence import at_rest
-from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
+from deltactl.diagnosis.assessment.regression_holdout import Blocks, as_file_says, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spike_weights
 from deltactl.diagnosis.evidence.laplace import Explanation
@@ -89,7 +89,7 @@ def fit_of(
     floor_m = min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected)
     within_m = _within(selected)
     return Fit(
-        rms_before_m=rms_left(selected.empty, selected.noise),
+        rms_before_m=rms_left(as_file_says(selected.plant, selected.empty), selected.noise),
         rms_after_m=after_m,
         noise_floor_m=floor_m,
         holdout_rms_before_m=before,
@@ -208,7 +208,7 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
         name=plant.channel,
         unit=plant.unit,
         observed=np.where(counted > 0.0, plant.observed + on, np.nan),
-        before=selected.empty.predicted + on,
+        before=as_file_says(plant, selected.empty).predicted + on,
         after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
         counted=counted,

@@ -216,6 +216,8 @@ class RegressionPlant:
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     """For each effect that the robot file has from an earlier diagnosis, the share of its power
     that it may leave, and what it does (n,)."""
+    held: IntArray = np.zeros(0, dtype=np.intp)
+    """Free columns of what the file has from an earlier diagnosis: at nothing it is as there."""
     done_by_known: FloatArray | None = None
     """What all of them do (n,); None where the file has none."""
 

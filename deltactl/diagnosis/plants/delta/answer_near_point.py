@@ -23,7 +23,7 @@ from deltactl.diagnosis.observations.largest_noise import (
     segment_for,
     spectrum,
 )
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.built_loosely import allowed_for
 from deltactl.diagnosis.plants.delta.jumps import TIME, Jump, jumps, late_of
@@ -89,6 +89,11 @@ class AnswerNearPoint(RegressionPlant):
                 share = term.candidate.kind.discrepancy.elsewhere
                 found.append((share, self.around.without_always(term)))
         return found
+
+    @property
+    def held(self) -> IntArray:  # type: ignore[override]
+        """See `RegressionPlant`."""
+        return self.recorded.held
 
     @property
     def left_by_known(self) -> Sequence[tuple[float, FloatArray]]:  # type: ignore[override]
