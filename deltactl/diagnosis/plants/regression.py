@@ -428,7 +428,8 @@ class RegressionPlant:
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square of a set that is no evidence for it.
 
-        gains: what each regressor adds to the fit, and how much it does by itself.
+        gains: what each regressor adds to the fit, and how much it does by itself; '' for what is
+        always fitted.
         """
         return 0.0
 

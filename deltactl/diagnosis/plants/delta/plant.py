@@ -314,7 +314,7 @@ class DeltaPlant(AnswerNearPoint):
     def _left_by(self, known: Candidate, new: str) -> float:
         """Share of what an effect does that it may leave in the shape of a regressor."""
         share = left_by(known, self.candidates.get(new))
-        return share if new in self.candidates else PENALTIES.spline_factor * share
+        return PENALTIES.spline_factor * share if new in self.unknown else share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
         """A set with the sizes that a linear fit has found."""
