@@ -10,14 +10,15 @@ good: no effect of the vocabulary describes it either.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import least_squares
 
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Refusal, refusal, refuse
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from deltactl.diagnosis.plants.contract import Model
-from deltactl.diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
+from deltactl.diagnosis.plants.delta.model import ANGLES, MOTOR, POSITIONS, DeltaModel
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.effects.units_in_use import said
 from deltactl.models.linkage import Linkage, forward
@@ -94,8 +95,7 @@ def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float
     """The largest shift of a joint [rad] where each is shifted as fits best, and how far off the
     readings are then (median).
     """
-    joints = model.traits.events
-    columns = [change for place, change in model.inputs().items() if place in joints]
+    columns = [change for place, change in model.inputs().items() if place.startswith(MOTOR)]
     known = np.isfinite(left[rows])
     moved = np.stack([change[rows][known] for change in columns], axis=1)
     rest = left[rows][known]
@@ -106,7 +106,7 @@ def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")
 
 
-def check_input(model: Model) -> None:
+def check_input(model: DeltaModel) -> None:
     """Refuse what cannot be right. Raises RefusedRecording."""
     readings = model.readings
     if not 1e-4 <= readings.period_s <= 5.0:
@@ -166,12 +166,18 @@ def check_belongs(model: DeltaModel, source: str) -> None:
     some = np.linspace(0, len(rows) - 1, min(len(rows), ADMISSION.looked_at))
     rows = rows[some.astype(int)]
     angles = _as_late_as_fits(model, rows, seen[rows])
-    size, left = _closest(model, angles, seen[rows], scatter)
+
+    def belongs(size: FloatArray, left: FloatArray) -> bool:
+        after = float(np.sqrt(np.nanmean(left**2)))
+        return after <= ADMISSION.far_off * span and np.abs(size).max() <= ADMISSION.off
+
+    size, left = _closest(model, angles, seen[rows], scatter, belongs)
+    if belongs(size, left):
+        return
     after = float(np.sqrt(np.nanmean(left**2)))
     unit, moved = readings.units[0], max(travel(column) for column in seen.T)
     apart = {"apart": said(before, unit), "moved": said(moved, unit)}
-    if after > ADMISSION.far_off * span or np.abs(size).max() > ADMISSION.off:
-        refuse_once_near(model, source, nominal)
+    refuse_once_near(model, source, nominal)
     if after > ADMISSION.far_off * span and _near(left, scatter) < ADMISSION.near_share:
         refuse("no_lengths", source, best=said(after, unit), **apart)
     if np.abs(size).max() > ADMISSION.off:
@@ -221,12 +227,17 @@ def _as_late_as_fits(model: DeltaModel, rows: IntArray, seen: FloatArray) -> Flo
 
 
 def _closest(
-    model: DeltaModel, angles: FloatArray, seen: FloatArray, scatter: FloatArray
+    model: DeltaModel,
+    angles: FloatArray,
+    seen: FloatArray,
+    scatter: FloatArray,
+    belongs: Callable[[FloatArray, FloatArray], bool],
 ) -> tuple[FloatArray, FloatArray]:
     """Shares by which lengths (3) and gear are off in the best fit, and what is left (n, c).
 
-    Fitted to all samples, and to those that fit best, chosen anew a few times (least trimmed
-    squares): a machine may be stopped by something for more than half of the time.
+    Fitted to all samples; where that does not belong, to those that fit best, chosen anew a few
+    times (least trimmed squares): a machine may be stopped by something for more than half of the
+    time.
     """
     # Three lengths and the gear, three homes, and what looks at the machine.
     usual = np.repeat(
@@ -256,6 +267,8 @@ def _closest(
 
     nothing = np.zeros(len(usual))
     whole = fit(nothing, np.arange(len(seen)))
+    if belongs(whole[:4] * usual[:4], left(whole)):
+        return whole[:4] * usual[:4], left(whole)
     ends = [whole, nothing]
     for _ in range(ADMISSION.trimmed_fits):
         off = [np.nanmax(np.abs(left(x)) / scatter, axis=1) for x in ends]

@@ -178,8 +178,7 @@ def scaled_covariance(explanation: Explanation, any_size: Collection[str] = ()) 
 
     any_size: regressors whose sizes may be anything, where those of the others are as usual.
     """
-    tangent = explanation.tangent
     usual = [float(name.partition(".")[0] not in any_size) for name in explanation.names]
-    bread = np.linalg.inv(np.diag(usual) + tangent.T @ tangent)
+    bread = np.linalg.inv(np.diag(usual) + explanation.gram)
     widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
     return widened

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -151,12 +151,21 @@ def history(readings: Readings, valid: Any) -> list[IntArray]:
 
 
 def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
-    """Noise model of a residual (n, channels) that a rich enough model has left.
+    """Noise model of a residual (n, channels) that a rich enough model has left."""
+    channels, centred = channels_of(readings, history(readings, valid), residual)
+    size = sum(len(noise.rows) for noise in channels)
+    return Whitener(channels, np.ones(size)).weighed(centred)
+
+
+def channels_of(
+    readings: Readings, histories: Iterable[IntArray], residual: FloatArray
+) -> tuple[tuple[ChannelNoise, ...], FloatArray]:
+    """Noise of each channel, and the residual (n, channels) less its constants.
 
     A constant in a channel is no noise: the first residual still has it.
     """
     channels, residual = [], residual.copy()
-    for column, rows in enumerate(history(readings, valid)):
+    for column, rows in enumerate(histories):
         if len(rows):
             residual[:, column] -= np.median(residual[rows[:, 0], column])
         x = residual[:, column]
@@ -177,8 +186,7 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
         sigma = max(float(np.std(innovation[core])), 0.3 * rounding)
         channels.append(ChannelNoise(rows, phi, max(sigma, 1e-12), spread))
-    size = sum(len(noise.rows) for noise in channels)
-    return Whitener(tuple(channels), np.ones(size)).weighed(residual)
+    return tuple(channels), residual
 
 
 def stationary(phi: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -48,6 +48,8 @@ class Explanation:
     chi2: float
     penalised: float
     log_evidence: float
+    charged: float
+    """Chi-square that is no evidence for the set (`RegressionPlant.charged`)."""
     shapes: tuple[FloatArray, ...]
     taken: IntArray
     names: tuple[str, ...]
@@ -56,6 +58,13 @@ class Explanation:
     """Whitened model error (m,) by the base."""
     theta: FloatArray
     """Linear sizes (p,), each in its prior spread."""
+    products: Callable[[], FloatArray]
+    """Scalar products of all shapes."""
+
+    @cached_property
+    def gram(self) -> FloatArray:
+        """Scalar products (p, p) of all shapes."""
+        return self.products()
 
     @cached_property
     def white(self) -> FloatArray:
@@ -84,15 +93,23 @@ class Explanation:
 class Laplace:
     """Evaluates sets of regressors of one plant under one noise; remembers what it evaluated."""
 
-    def __init__(self, plant: RegressionPlant, noise: TemperedNoise, before: Laplace | None = None):
-        """before: the same under an earlier noise, whose sizes are where the fits begin."""
+    def __init__(
+        self,
+        plant: RegressionPlant,
+        noise: TemperedNoise,
+        before: Laplace | None = None,
+        alike: Laplace | None = None,
+    ):
+        """before: the same under an earlier noise, whose sizes are where the fits begin. alike: of
+        another plant under the same noise, which may have some of the columns.
+        """
         self.plant, self.noise, self._before = plant, noise, before
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
         self._free = plant.free()
         self._tolerated = tolerated(plant)
         self._known: dict[frozenset[str], Explanation] = {}
-        self._blocks: dict[str, tuple[Columns, Block]] = {}
-        self._products = Products()
+        self._blocks: dict[str, tuple[Columns, Block]] = alike._blocks if alike else {}
+        self._products: Products = alike._products if alike else Products()
         self._targets: dict[int, Target] = {}
 
     @property
@@ -278,11 +295,17 @@ class Laplace:
         self, target: Target, blocks: list[Block], taken: IntArray
     ) -> tuple[FloatArray, float, FloatArray]:
         """Linear sizes (p,) in their prior spread, penalised cost, and inverse covariance."""
-        share, gram = target.share(blocks), self._products.of(blocks)
-        share[taken] = gram[taken] = gram[:, taken] = 0.0
+        share, gram = target.share(blocks), self._gram(blocks, taken)
+        share[taken] = 0.0
         gram[np.diag_indices_from(gram)] += 1.0
         theta = self._within_tolerance(gram, share)
         return theta, target.power - float(theta @ (2.0 * share - gram @ theta)), gram
+
+    def _gram(self, blocks: list[Block], taken: IntArray) -> FloatArray:
+        """Scalar products (p, p) of all columns but those taken over."""
+        gram = self._products.of(blocks)
+        gram[taken] = gram[:, taken] = 0.0
+        return gram
 
     def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
         """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
@@ -309,7 +332,8 @@ class Laplace:
             slopes = [self._slope(keys, point, whole, m)[: len(target.white)] for m in moved]
             shapes += [slope[:, None] for slope in slopes]
             tangent = _side_by_side(len(target.white), shapes, taken)
-            known = np.eye(tangent.shape[1]) + tangent.T @ tangent
+            gram = tangent.T @ tangent
+            known = np.eye(tangent.shape[1]) + gram
         spreads = np.concatenate([c.spread for c in columns.values()])
         ends = np.cumsum([len(c.spread) for c in columns.values()])[:-1]
         linear = dict(zip(columns, np.split(theta * spreads, ends), strict=True))
@@ -322,41 +346,46 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
-        if len(keys) > 1 and self.plant.is_messy(keys):
-            volume += self._charged(theta, known, blocks)
+        charged = self._charged(target, blocks, taken) if self.plant.is_messy(keys) else 0.0
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
             parts=tuple((c.values, linear[key]) for key, c in columns.items() if len(c.spread)),
             observed=self.plant.observed, chi2=cost - float(theta @ theta), penalised=penalised,
-            log_evidence=odds - 0.5 * (penalised + occam + volume), shapes=tuple(shapes),
-            taken=taken, names=tuple(names),
+            log_evidence=odds - 0.5 * (penalised + occam + volume + charged), charged=charged,
+            shapes=tuple(shapes), taken=taken, names=tuple(names),
             spreads=np.concatenate([spreads, [size.spread for _, size in moved]]),
             target=target.white, theta=theta,
+            products=lambda: gram if moved else self._gram(blocks, taken),
         )  # fmt: skip
 
-    def _charged(self, theta: FloatArray, known: FloatArray, blocks: Sequence[Block]) -> float:
-        """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald), and
-        what each by itself does where nothing without a name takes part of that.
+    def _charged(self, target: Target, blocks: list[Block], taken: IntArray) -> float:
+        """Chi-square that is no evidence for a set, by what each regressor adds to it, and what
+        each by itself does where nothing without a name takes part of that.
         """
+        theta, cost, known = self._most_probable(target, blocks, taken)
+        share = target.share(blocks)
+        share[taken] = 0.0
         ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
         parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
-        covariance, first = np.linalg.inv(known), int(ends[-1])
-        named = np.ones(first, dtype=bool)
+        named = np.ones(len(theta), dtype=bool)
         for key, part in parts.items():
             named[part] = not key or not self.by_key[key].unknown
-        alone = theta[:first].copy()
+        alone = theta.copy()
         if not named.all():
-            along = known[:first, :first] @ alone
-            alone[named] = np.linalg.solve(
-                known[:first, :first][np.ix_(named, named)], along[named]
-            )
+            along = known @ alone
+            alone[named] = np.linalg.solve(known[np.ix_(named, named)], along[named])
         gains: dict[str, tuple[float, float]] = {}
         for key, part in parts.items():
             if key:
-                gram, size = known[part, part], alone[part]
-                gain = theta[part] @ np.linalg.solve(covariance[part, part], theta[part])
-                gains[key] = float(gain), float(size @ (gram @ size - size))
+                others = np.ones(len(theta), dtype=bool)
+                others[part] = False
+                rest, along = known[np.ix_(others, others)], share[others]
+                size = self._within_tolerance(rest, along)
+                gain = target.power - float(size @ (2.0 * along - rest @ size)) - cost
+                own = alone[part]
+                power = float(own @ (known[part, part] @ own - own))
+                gains[key] = gain, power
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:

@@ -17,11 +17,11 @@ from deltactl.diagnosis.evidence.autoregression import (
     AR_ORDER,
     ChannelNoise,
     Whitener,
-    estimate,
+    channels_of,
     stationary,
 )
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
+from deltactl.diagnosis.observations.readings import FloatArray, Readings
 
 
 class SaturatedFit(Protocol):
@@ -35,7 +35,7 @@ class SaturatedFit(Protocol):
         ...
 
 
-def given_back(fit: SaturatedFit, left: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
+def given_back(fit: SaturatedFit, left: Whitener) -> tuple[Whitener, FloatArray]:
     """The noise of which a fit leaves what was seen, by its memory and its spread.
 
     left: what was estimated from the residual of the fit. Also how many times larger than what is
@@ -43,10 +43,10 @@ def given_back(fit: SaturatedFit, left: Whitener, valid: BoolArray) -> tuple[Whi
     `left`: what the fit takes from it depends on the noise, so it is tried until that holds
     (indirect inference: Gourieroux, Monfort and Renault 1993, J. Appl. Econometrics 8, S85-S118).
     """
-    found = _before_the_fit(fit, left, left, valid)
+    found = _before_the_fit(fit, left, left)
     for _ in range(EVIDENCE.given_back_rounds - 1):
         earlier = found.noise
-        found = _before_the_fit(fit, left, earlier, valid)
+        found = _before_the_fit(fit, left, earlier)
         if _change(earlier, found.noise) < EVIDENCE.settled:
             break
     pairs = zip(found.noise.channels, found.errors, strict=True)
@@ -90,9 +90,7 @@ def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> Channe
     return replace(noise, phi=noise.phi - total / AR_ORDER)
 
 
-def _before_the_fit(
-    fit: SaturatedFit, left: Whitener, noise: Whitener, valid: BoolArray
-) -> _Before:
+def _before_the_fit(fit: SaturatedFit, left: Whitener, noise: Whitener) -> _Before:
     """What is left, with what the fit takes from draws of a noise given back to it."""
     readings = fit.readings
     rng = np.random.default_rng(EVIDENCE.noise_seed)
@@ -102,7 +100,7 @@ def _before_the_fit(
 
     def sized(residual: FloatArray) -> list[ChannelNoise]:
         """Without the rows, which are large and the same in all."""
-        found = estimate(readings, valid, residual).channels
+        found, _ = channels_of(readings, [one.rows for one in left.channels], residual)
         return [replace(one, rows=one.rows[:0]) for one in found]
 
     each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(remains, 2, 0)]

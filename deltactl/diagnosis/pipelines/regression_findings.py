@@ -229,11 +229,13 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
     return [
         Alternative(
             effect=by_key[key].effect,
-            component=by_key[key].component,
+            component=component,
             delta_chi2=max(worse[key], 0.0),
+            together=bool(by_key[key].members),
             probability=weight,
         )
         for key, weight in sorted(weights.items(), key=lambda pair: -pair[1])
+        for component in by_key[key].members or (by_key[key].component,)
         if weight > REGRESSION.least_probability and by_key[key].effect not in named
     ]
 

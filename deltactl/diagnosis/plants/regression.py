@@ -79,6 +79,8 @@ class Regressor:
     effect: str
     log_odds: float
     component: str = "axis"
+    members: tuple[str, ...] = ()
+    """Components at which it acts alike, where they are several."""
     sizes: tuple[Size, ...] = ()
     equivalents: tuple[Equivalent, ...] = ()
     beside: tuple[str, ...] = ()

@@ -98,9 +98,9 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
         visited[named] = plant
     noise = plant.own_noise
     tried = []
-    for keys, one in visited.items():
+    for one in visited.values():
         evidence = Laplace(one, noise)
-        unfitted = sorted({r.key for r in one.regressors} - one.fitted | keys)
+        unfitted = sorted({r.key for r in one.regressors} - one.fitted | one.point)
         tried.append((one, evidence, HillClimb(evidence, among=unfitted).run()))
     return max(tried, key=lambda each: each[2].best.log_evidence)
 
@@ -112,7 +112,7 @@ def _as_built(plant: RegressionPlant) -> Found:
     for odds, one in plant.built():
         if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
             break
-        evidence = Laplace(one, plant.own_noise)
+        evidence = Laplace(one, plant.own_noise, alike=tried[0][2] if tried else None)
         found = HillClimb(evidence).run(start)
         start = found.best.keys
         tried.append((odds + found.best.log_evidence, one, evidence, found))

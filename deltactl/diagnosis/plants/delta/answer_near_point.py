@@ -32,6 +32,7 @@ from deltactl.diagnosis.plants.delta.point import (
     Around,
     Near,
     coordinate_name,
+    key_of,
     side_by_side,
 )
 from deltactl.diagnosis.plants.delta.recorded import Recorded
@@ -83,10 +84,10 @@ class AnswerNearPoint(RegressionPlant):
     def _known(self) -> list[tuple[float, FloatArray]]:
         """Of effects of the robot file that were measured, what each may leave and does (n c,)."""
         found = []
-        for nuisance in self.recorded.model.nuisances:
+        for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
             if nuisance.measured:
-                share = nuisance.term.candidate.kind.discrepancy.elsewhere
-                found.append((share, self.around.without_always(nuisance.term)))
+                share = term.candidate.kind.discrepancy.elsewhere
+                found.append((share, self.around.without_always(term)))
         return found
 
     @property
@@ -249,8 +250,9 @@ class AnswerNearPoint(RegressionPlant):
     def not_testable(self) -> list[NotTestable]:
         """Effects that change nothing in this recording."""
         why = "nothing that was observed depends on it in this recording"
+        seen = {key for key in self.candidates if np.any(self.near[key].slopes)}
         return [
             NotTestable.of(one.effect, one.component, why)
-            for key, one in self.candidates.items()
-            if not np.any(self.near[key].slopes)
+            for one in self.recorded.model.candidates
+            if key_of(one) not in seen and not one.members
         ]

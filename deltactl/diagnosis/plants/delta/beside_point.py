@@ -45,20 +45,27 @@ class Absorbed:
 
 
 class Starts:
-    """Scores of all shapes of candidates that are not straight, from columns around nothing."""
+    """Scores of all shapes of candidates, from columns around nothing."""
 
     def __init__(self, around: Around, candidates: Sequence[Candidate]):
         self._columns: dict[str, list[tuple[Shape, FloatArray]]] = {}
+        self._straight: dict[str, FloatArray] = {}
+        self._around = around
         for candidate in candidates:
             if not is_straight(candidate):
                 shapes = candidate.shapes
                 each = [(shape, _raw(around, candidate, shape)) for shape in shapes]
                 self._columns[key_of(candidate)] = [one for one in each if np.any(one[1])]
 
-    def all_columns(self) -> FloatArray:
-        """Side by side, (n c, p)."""
-        parts = [raw for each in self._columns.values() for _, raw in each]
-        return np.concatenate(parts, axis=1) if parts else np.zeros((0, 0))
+    def straight(self, candidate: Candidate) -> FloatArray:
+        """Derivatives (n c, k) of a straight one: elsewhere they hardly differ, and once it is
+        chosen they are made anew.
+        """
+        key = " ".join([key_of(candidate), *map(str, candidate.shapes[0].origin)])
+        if key not in self._straight:
+            slopes = _raw(self._around, candidate, candidate.shapes[0])
+            self._straight[key] = slopes.astype(np.float64)
+        return self._straight[key]
 
     def best(
         self, candidate: Candidate, noise: ChannelsNoise, left: FloatArray, taken: Absorbed
@@ -124,7 +131,7 @@ class BesidePoint:
     def near(self, candidate: Candidate, starts: Starts, before: Mapping[str, Near]) -> Near:
         """The candidate where it fits best, in the place of its own tolerance."""
         if is_straight(candidate):
-            return self._straight(candidate)
+            return self._straight(candidate, starts)
         left, free, names = self._given
         other = [name != key_of(candidate) for name in names]
         if not all(other):
@@ -137,15 +144,15 @@ class BesidePoint:
         begins = [at for gain, at in ranked[: DELTA_FITS.starts_beside] if gain > DELTA_FITS.worth]
         known = before.get(key_of(candidate))
         if begins and known is not None and known.whole is not None:
-            begins = [known.term.at, begins[0]]
+            begins = [max(known.term.at, begins[0], key=lambda at: self._gain_at(candidate, at))]
         if not begins:
             return self._secant(Term(candidate, ranked[0][1]))
         fits = [self._fitted(Term(candidate, at)) for at in begins]
         return self._secant(max(fits, key=lambda fit: fit[0])[1])
 
-    def _straight(self, candidate: Candidate) -> Near:
+    def _straight(self, candidate: Candidate, starts: Starts) -> Near:
         (shape,) = candidate.shapes
-        slopes = _raw(self._around, candidate, shape).astype(np.float64)
+        slopes = starts.straight(candidate)
         white = self._noise.whiten(slopes)
         share = self._taken.share(white)
         gram = white.T @ white - share.T @ share
@@ -160,6 +167,9 @@ class BesidePoint:
         predicted = self._around.beside(term)
         slopes = self._around.slopes(term, predicted)
         return Near(term, slopes, predicted - self._around.predicted)
+
+    def _gain_at(self, candidate: Candidate, at: FloatArray) -> float:
+        return self._gain(self._around.beside(Term(candidate, at)) - self._around.predicted)
 
     def _gain(self, change: FloatArray) -> float:
         white = self._noise.whiten(change)

@@ -10,7 +10,8 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.candidates import lost_steps
+from deltactl.diagnosis.plants.delta.model import MOTOR, DeltaModel
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS
 from deltactl.diagnosis.plants.delta.point import end_to_end
@@ -38,9 +39,9 @@ def jumps(
     free: whitened columns (m, p) that are fitted beside it, each in its prior spread. late_s: by
     which readings show what happened later.
     """
-    drive = model.robot.drive
+    drive, inputs = model.robot.drive, model.inputs()
     t_s = model.readings.t_s
-    if drive is None or not model.traits.events:
+    if drive is None:
         return {}
     times = t_s[noise.rows % len(t_s)]
     order = np.argsort(times, kind="stable")[::-1]
@@ -52,8 +53,8 @@ def jumps(
     inside = (times > earliest_s) & (times < latest_s)
     inside[:-1] &= times[:-1] != times[1:]  # all readings of a moment together
     found = {}
-    for place, event in model.traits.events.items():
-        change = end_to_end(model.inputs()[place])
+    for place in (one for one in inputs if one.startswith(MOTOR)):
+        change = end_to_end(inputs[place])
         column = noise.whiten(-drive.rad_per_step * change)[order]
         along = np.cumsum(column * residual[order])[inside]
         power = np.cumsum(column**2)
@@ -67,7 +68,7 @@ def jumps(
             at_s = float(within[int(np.argmax(gain))]) - 0.5 * period_s - late_s
             # The first reading that shows a jump comes up to one period after it.
             ends_s = float(near.min()) - period_s - late_s, float(near.max()) - late_s
-            found[place] = Jump(event(at_s), at_s, ends_s)
+            found[place] = Jump(lost_steps(place, at_s), at_s, ends_s)
     return found
 
 

@@ -21,7 +21,7 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.answer_near_point import AnswerNearPoint
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed, BesidePoint
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
-from deltactl.diagnosis.plants.delta.jumps import aligned, jumps, late_of
+from deltactl.diagnosis.plants.delta.jumps import jumps, late_of
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
     ChannelsNoise,
     fast_noise,
@@ -44,6 +44,7 @@ from deltactl.diagnosis.plants.regression import (
     Regressor,
     Sizes,
 )
+from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.models.effects.kind import EXACT
 
@@ -175,12 +176,17 @@ class DeltaPlant(AnswerNearPoint):
 
     @cached_property
     def candidates(self) -> dict[str, Candidate]:
-        """All of them, with a jump of each joint at its best moment, and those at work."""
+        """All of them, with a jump of each joint at its best moment, and those at work, which no
+        group has as well.
+        """
         late_s = late_of(self.at_work.values())
         found = jumps(self.recorded.model, self._first, self._left, self._white, late_s)
         scanned = {key_of(one.candidate): one.candidate for one in found.values()}
         acting = {key: term.candidate for key, term in self.at_work.items()}
-        return {**self.recorded.candidates, **scanned, **acting}
+        single = {(one.effect, one.component) for one in acting.values()}
+        every = self.recorded.candidates
+        others = {key: one for key, one in every.items() if single.isdisjoint(one.in_group)}
+        return {**others, **scanned, **acting}
 
     @cached_property
     def near(self) -> dict[str, Near]:
@@ -201,21 +207,33 @@ class DeltaPlant(AnswerNearPoint):
     def _free(self) -> Columns:
         values, spread, names, first = self.recorded.free
         if self._before is not None and first:
-            own = [self.around.always_slopes(one) for one in self.around.always]
+            pairs = zip(self.around.always, self.recorded.model.nuisances, strict=True)
+            own = [self.around.always_slopes(one) @ known.directions for one, known in pairs]
             values = np.concatenate([*own, values[:, first:]], axis=1)
         share = np.where(np.arange(len(spread)) < first, 1.0, self.careful)
         return Columns(values, spread * share, tuple(names))
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """With those of a set that are at work at the point, each as if linear from nothing."""
+        """With those of a set that are at work at the point, each as if linear from nothing, and
+        nuisances as if linear from where they usually are.
+        """
         acting = keys & frozenset(self.at_work)
         if acting not in self._bases:
             terms = [term for key, term in self.at_work.items() if key in acting]
-            base = self.around.with_terms(terms)
+            base = self.around.with_terms(terms) - self._beyond_usual
             for key in acting:
                 base = base - self.acting[key].slopes @ self.acting[key].away
             self._bases[acting] = base
         return self._bases[acting]
+
+    @cached_property
+    def _beyond_usual(self) -> FloatArray:
+        """What nuisances do at the point beyond where they usually are, (n c,)."""
+        pairs = zip(self.recorded.model.nuisances, self.around.always, strict=True)
+        sizes = [one.sizes(term.at) for one, term in pairs]
+        whole = np.concatenate([np.zeros(0), *sizes])
+        change: FloatArray = self._free.values[:, : len(whole)] @ whole
+        return change
 
     @cached_property
     def _bases(self) -> dict[frozenset[str], FloatArray]:
@@ -234,45 +252,64 @@ class DeltaPlant(AnswerNearPoint):
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """Whether a size that cannot be below nothing is."""
-        return any(self.near[key].below_nothing(linear[key]) for key in keys if key in self.near)
+        """Whether a size that cannot be below nothing is, or one at work is none of a machine."""
+        named, acting = keys & self.near.keys(), keys & self.acting.keys()
+        return any(self.near[key].below_nothing(linear[key]) for key in named) or any(
+            self.acting[key].no_machine_has(linear[key]) for key in acting
+        )
 
     def left_by_names(self) -> float:
-        """Chi-square that what is at work at the point may leave of any shape."""
-        noise, total = self.own_noise, 0.0
+        """Chi-square that what is at work at the point, and what the file has from an earlier
+        diagnosis, may leave of any shape.
+        """
+        noise, known = self.own_noise, list(self._measured.values())
         for key, term in self.at_work.items():
-            share = left_by(self.candidates[key], None)
-            if share > EXACT:
+            if left_by(self.candidates[key], None) > EXACT:
                 others = [one for one in self.around.terms if one is not term]
                 own = noise.whiten(self.around.predicted - self.around.with_terms(others))
-                total += PENALTIES.spline_factor * share * float(own @ own)
-        return total
+                known.append((term.candidate, float(own @ own)))
+        return sum(PENALTIES.spline_factor * left_by(one, None) * power for one, power in known)
 
     def is_messy(self, keys: frozenset[str]) -> bool:
         """Whether any of a set may leave more than its geometry does."""
+        if self._measured or len(keys) < 2:
+            return bool(self._measured)
         named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
         return any(one.elsewhere > EXACT or one.leads_to for one in named)
 
+    @cached_property
+    def _measured(self) -> dict[str, tuple[Candidate, float]]:
+        """Effects that the file has from an earlier diagnosis, and the chi-square each explains."""
+        found = {}
+        for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
+            if nuisance.measured:
+                own = self.own_noise.whiten(self.around.without_always(term))
+                found[key_of(term.candidate)] = term.candidate, float(own @ own)
+        return found
+
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
-        """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
+        """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
+        of the file in all but their own.
 
         gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is
         messier than any operator with two numbers (`Discrepancy`).
         """
         total = 0.0
         for key, (gain, own) in gains.items():
-            left = sum(
-                self._left_by(other, key) * larger
-                for other, (_, larger) in gains.items()
-                if other in self.candidates and (larger > own or key in self.unknown)
-            )
+            larger = [
+                (self.candidates[other], power)
+                for other, (_, power) in gains.items()
+                if other in self.candidates and (power > own or key in self.unknown)
+            ]
+            larger += [] if key in self._measured else self._measured.values()
+            left = sum(self._left_by(one, key) * power for one, power in larger)
             far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
             total += min(left, gain) * far
         return total
 
-    def _left_by(self, known: str, new: str) -> float:
-        """Share of what one regressor does that it may leave in the shape of another."""
-        share = left_by(self.candidates[known], self.candidates.get(new))
+    def _left_by(self, known: Candidate, new: str) -> float:
+        """Share of what an effect does that it may leave in the shape of a regressor."""
+        share = left_by(known, self.candidates.get(new))
         return share if new in self.candidates else PENALTIES.spline_factor * share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
@@ -310,7 +347,10 @@ class DeltaPlant(AnswerNearPoint):
         """See `RegressionPlant`."""
         if self.careful == PENALTIES.most_careful:
             return None
-        plain = DeltaPlant(self.recorded)
+        first = self
+        while first._before is not None:
+            first = first._before
+        plain = copy(first)
         plain._only_careful = True
         return plain
 
@@ -325,7 +365,7 @@ class DeltaPlant(AnswerNearPoint):
             self._columns[key].values for key in sorted(explanation.keys & self.unknown.keys())
         ]
         white = noise.whiten(np.concatenate(parts, axis=1))
-        start = aligned(self.terms_of(explanation), late_of(self.at_work.values()))
+        start = apart(self.terms_of(explanation), self.recorded.model.candidates)
         others = self._other_starts(start, white)
         always = self._nuisances(explanation)
         around = Around(self.recorded.model, (), always)
@@ -336,16 +376,13 @@ class DeltaPlant(AnswerNearPoint):
         return there
 
     def _nuisances(self, explanation: Explanation) -> list[Term]:
-        """Nuisances where they were fitted; what was measured before stays where it was."""
+        """Nuisances where they were fitted."""
         model, first = self.recorded.model, 0
         moved = []
-        for nuisance, term in zip(model.nuisances, self.around.always, strict=True):
-            own = term.candidate.moved
-            size = explanation.linear[""][first : first + len(own)]
-            first += len(own)
-            at = term.at.copy()
-            at[own] += size
-            moved.append(term if nuisance.measured else term.moved_to(at))
+        for nuisance in model.nuisances:
+            size = explanation.linear[""][first : first + len(nuisance.spread)]
+            first += len(nuisance.spread)
+            moved.append(nuisance.at_sizes(size))
         return moved
 
     def _other_starts(

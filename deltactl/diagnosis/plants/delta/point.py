@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.contract import Model
+from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
+from deltactl.models.effects import Trait, has
 from deltactl.models.effects.kind import EXACT
 
 
@@ -87,6 +89,25 @@ class Near:
             return False
         return float(np.sum(linear[prior.sizes])) <= 0.0
 
+    def no_machine_has(self, linear: FloatArray) -> bool:
+        """Whether the main size, by sizes (k,) of a linear fit at work, is at its bound, more than
+        such a thing has, or less than one step.
+        """
+        candidate, at = self.term.candidate, self.term.at.copy()
+        at[candidate.moved] += linear - self.away
+        kind = candidate.kind
+        main = np.abs(candidate.values(at)[kind.main.name])
+        if main.max() > kind.physical:
+            return True
+        if has(kind.name, Trait.WHOLE_STEPS):
+            return bool(main.max() < VERDICT.least_steps)
+        own = ((candidate.coordinates[i], at[i]) for i in candidate.moved)
+        return any(
+            (size <= one.low != kind.nothing) or size >= one.high
+            for one, size in own
+            if one.parameter == kind.main.name and one.how != "reciprocal"
+        )
+
     def discrepancy(self, sizes: FloatArray) -> FloatArray:
         """Covariance (k, k) of fitted sizes (k,) by what the operator is not: a bearing, a spring
         or a stop is messier than any with two numbers.
@@ -146,7 +167,9 @@ def is_straight(candidate: Candidate) -> bool:
 class Around:
     """Predictions around terms at work."""
 
-    def __init__(self, model: Model, terms: Sequence[Term], always: Sequence[Term] | None = None):
+    def __init__(
+        self, model: DeltaModel, terms: Sequence[Term], always: Sequence[Term] | None = None
+    ):
         """always: nuisances; where none are given, as they usually are."""
         self.model, self.terms = model, tuple(terms)
         usual = [nuisance.term for nuisance in model.nuisances]

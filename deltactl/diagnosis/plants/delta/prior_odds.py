@@ -24,7 +24,7 @@ def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regresso
     takes_over = key if key in tolerances else ""
     places = None if is_straight(candidate) else float(len(candidate.shapes))
     return Regressor(
-        key, candidate.effect, odds, candidate.component,
+        key, candidate.effect, odds, candidate.component, candidate.members,
         alone=False, takes_over=takes_over, places=places,
     )  # fmt: skip
 

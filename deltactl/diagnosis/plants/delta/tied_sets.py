@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.experiment.design import EXPERIMENT
 from deltactl.diagnosis.experiment.propose import Proposal, next_experiment
 from deltactl.diagnosis.experiment.ties import Explanation as Tied
 from deltactl.diagnosis.experiment.ties import Tie
+from deltactl.diagnosis.plants.delta.beside_point import Absorbed
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
@@ -27,27 +29,28 @@ def next_run(
     open_ones = [one for one, keys in pairs if keys - named[0] and named[0] - keys]
     if not open_ones:
         return Proposal(None)
-    first = _fitted(plant, best)
-    ties = [Tie.of(first, _fitted(plant, one)) for one in open_ones[: EXPERIMENT.most_ties]]
+    first = fitted_set(plant, best)
+    ties = [Tie.of(first, fitted_set(plant, one)) for one in open_ones[: EXPERIMENT.most_ties]]
     model = plant.recorded.model
     runs = partial(next_runs, model, limits)
     return next_experiment(model.readings, plant.own_noise.whitener, ties, runs)
 
 
-def _fitted(plant: DeltaPlant, explanation: Explanation) -> Tied:
-    """A set at its end, with its tangent beside the columns that are always fitted."""
+def fitted_set(plant: DeltaPlant, explanation: Explanation) -> Tied:
+    """A set at its end, with what the recording says of its sizes and of nuisances."""
     there, noise = plant.moved_to(explanation), plant.own_noise
-    terms = tuple(there.at_work.values())
-    slopes = [near.slopes for near in there.acting.values()]
-    empty = np.zeros((len(plant.observed), 0))
-    white = noise.whiten(np.concatenate([empty, *slopes], axis=1))
-    free = plant.free()
-    beside = noise.whiten(free.values * free.spread)
-    known = np.linalg.cholesky(np.eye(beside.shape[1]) + beside.T @ beside)
-    share = np.linalg.solve(known, beside.T @ white)
+    tolerances, nuisances = there.free(), there.recorded.free[3]
+    slopes = [there.around.always_slopes(one) for one in there.around.always]
+    slopes += [near.slopes for near in there.acting.values()]
+    white = noise.whiten(np.concatenate([np.zeros((len(plant.observed), 0)), *slopes], axis=1))
+    beside = noise.whiten((tolerances.values * tolerances.spread)[:, nuisances:])
+    taken = Absorbed(beside)
+    share = taken.share(white)
     gram = white.T @ white - share.T @ share
+    known = [one.precision for one in there.recorded.model.nuisances]
+    gram[:nuisances, :nuisances] += block_diag(*known)
     root = np.linalg.cholesky(gram + 1e-9 * np.diag(np.diag(gram) + 1e-300)).T
     left = noise.whiten(plant.observed - there.around.predicted)
-    of_left = np.linalg.solve(known, beside.T @ left)
+    of_left = taken.share(left)
     cost = float(left @ left - of_left @ of_left)
-    return Tied(terms, root, cost)
+    return Tied(tuple(there.at_work.values()), tuple(there.around.always), root, cost)

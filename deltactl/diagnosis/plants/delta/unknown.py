@@ -18,7 +18,7 @@ from scipy.sparse import csr_array, diags_array
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.model import DeltaModel, own_place, sensible
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import end_to_end
@@ -75,7 +75,7 @@ class Processes:
     """All processes that make sense on a machine."""
 
     def __init__(self, model: DeltaModel):
-        self.model, traits = model, model.traits
+        self.model = model
         covariates = model.covariates()
         varying = {n: x for n, x in covariates.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
         knots = {n: _knots(x) for n, x in varying.items()}
@@ -84,10 +84,10 @@ class Processes:
         hats = {n: _hats(x, knots[n], False) for n, x in varying.items()}
         for location in model.inputs():
             for name in varying:
-                if traits.sensible(location, name, True):
+                if sensible(location, name):
                     one = Process(location, name, False, knots[name], empty)
                     self._every.append((one, hats[name]))
-            own = traits.own_place.get(location, "")
+            own = own_place(location)
             if own in varying:
                 one = Process(location, own, True, knots[own], empty)
                 self._every.append((one, _hats(varying[own], knots[own], True)))
@@ -179,7 +179,8 @@ def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Pro
             gain = 0.5 * float(each.sum())
             gains.append(gain)
             if gain > best[0]:
-                best = gain, shapes * (ratio / usual)
+                seen_at_all = power * values > PROCESSES.least_seen
+                best = gain, shapes @ vectors[:, seen_at_all] * (ratio / usual)
     if best[0] <= 0.0:
         return None
     top = max(gains)

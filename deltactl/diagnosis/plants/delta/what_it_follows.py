@@ -18,6 +18,7 @@ from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.pipelines.options import UNKNOWN
+from deltactl.diagnosis.plants.delta.model import unit_at
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.recorded import Recorded
@@ -44,7 +45,7 @@ class Followed:
         self._covariates = model.covariates()
         self._decided = np.any(moved & recorded.valid, axis=1)
         """Rows in which a reading tells of it; none holds it elsewhere."""
-        self._unit = model.traits.units.get(place, "")
+        self._unit = unit_at(place)
 
     def fields(self) -> dict[str, Any]:
         """Of the finding."""
