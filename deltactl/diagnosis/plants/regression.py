@@ -428,7 +428,11 @@ class RegressionPlant:
         """Whether any of a set may leave some of the shapes of others, see `charged`."""
         return False
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+    def power(self, key: str) -> float:
+        """Chi-square of what a regressor does by itself; 0 of what has no size of its own."""
+        return 0.0
+
+    def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square of a set that is no evidence for it.
 
         gains: what each regressor adds to the fit, and how much it does by itself; '' for what is
