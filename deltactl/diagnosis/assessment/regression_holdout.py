@@ -156,13 +156,12 @@ def on_blocks(selected: Selected) -> Blocks:
 
 
 def _folds(plant: RegressionPlant, rows: IntArray) -> IntArray:
-    """Number (m,) of the block that each row is left out with: a fifth of the recording, of all
-    its channels.
+    """Number (m,) of the block that each row is left out with: a fifth of the time, all channels.
 
     Of a table sorted by distance each fifth would lie beyond all others, or leave a gap that has to
     be guessed; there each block is several short stretches, spread over the range.
     """
-    order = np.argsort(np.argsort(plant.t_s[rows], kind="stable"), kind="stable")
+    order = np.argsort(np.argsort(plant.t_s[rows], kind="stable"))
     along = plant.covariates.get("distance")
     if along is not None:
         steps = np.diff(along[rows])

@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.special import expit
 
-from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
+from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell, assembled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Agreement,
     Diagnosis,
     Finding,
+    Fit,
     Picture,
-    PriorSensitivity,
 )
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.assessment.persistence import persistence
 from deltactl.diagnosis.assessment.regression_holdout import (
     Blocks,
     beyond_noise,
@@ -44,7 +44,6 @@ from deltactl.diagnosis.pipelines.regression_figures import (
 )
 from deltactl.diagnosis.pipelines.regression_findings import covariance_as_left, findings, sizes
 from deltactl.diagnosis.pipelines.repeated_readings import repeated
-from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import Posterior
@@ -62,7 +61,7 @@ def diagnose_plant(
     singles: Sequence[RegressionPlant] = (),
     runs: NextRun = lambda _: Proposal(None),
 ) -> Diagnosis:
-    """Noise, selection and alarm; then the answer as on every way (`way.answered`).
+    """Noise, selection and alarm; then the answer, put together in one place.
 
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
     singles: each of several recordings by itself, to say whether they agree. runs: designs the
@@ -79,13 +78,13 @@ def diagnose_plant(
         nothing = Posterior([searched.empty], [1.0])
         selected, blocks = _widened(replace(searched, posterior=nothing, shift={}))
     compared = agreement(selected, singles)
-    settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared, runs)
-    return answered(settled, progress)
+    settled = Settled(plant, searched, selected, blocks, first_p, others, compared, runs)
+    return settled.answer(progress)
 
 
 @dataclass(frozen=True, eq=False)
-class SummedColumns:
-    """An explanation that is a sum of columns, see `Settled`."""
+class Settled:
+    """The accepted explanation of a recording, and all that an answer says of it."""
 
     plant: RegressionPlant
     searched: Selected
@@ -98,17 +97,43 @@ class SummedColumns:
     """Sizes in each of several recordings."""
     runs: NextRun
 
-    def figures(self) -> Figures:
-        """See Settled."""
-        rest = self._rest
-        found = findings(self.selected, self.plant.readings)
-        found += self._repeated
-        fit = fit_of(self.selected, self.others, rest, self.blocks)
-        if self.plant.left_by_known and not seen(rest.p):
+    def answer(self, progress: Progress) -> Diagnosis:
+        """Figures, limits, the next run and probabilities, of this explanation and of no other."""
+        found, plant, best = self._findings, self.plant, self.selected.best
+        fit, smallest = self._fit, detection_limits(self.selected)
+        progress("what run would tell more")
+        proposal = self.runs(self.selected)
+        picture = picture_of(self.selected, plant)
+        named = [one for one in found if one.effect != NAMELESS]  # an unknown has no prior size
+        return assembled(
+            found,
+            _with_persistence(fit, picture),
+            self._chance,
+            self._rest,
+            probability_nothing_missing=self._nothing_missing(found),
+            prior_sensitivity=as_found(prior_sensitivity(self.searched), named),
+            next_experiment=proposal.experiment,
+            open_ties=proposal.open,
+            not_testable=plant.not_testable(),
+            smallest_detectable=smallest,
+            picture=picture,
+            agreement=self.compared,
+            **plant.remarks(best, covariance_as_left(self.selected)),
+        )
+
+    @cached_property
+    def _findings(self) -> list[Finding]:
+        found = findings(self.selected, self.plant.readings) + self._repeated
+        found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
+        return widened(found, self.compared)
+
+    @property
+    def _fit(self) -> Fit:
+        fit = fit_of(self.selected, self.others, self._rest, self.blocks)
+        if self.plant.left_by_known and not seen(self._rest.p):
             excused = bool(self.searched.best.found and not self.selected.best.found)
             fit = allowing(fit, left_by_known(self.selected, fit, excused))
-        found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
-        return Figures(widened(found, self.compared), fit, rest)
+        return fit
 
     @cached_property
     def _repeated(self) -> list[Finding]:
@@ -119,39 +144,26 @@ class SummedColumns:
     def _rest(self) -> Rest:
         return rest_of(self.selected)
 
-    def chance(self, found: Sequence[Finding]) -> float:
-        """See Settled."""
+    @property
+    def _chance(self) -> float:
+        """Calibrated p of 'nothing is missing', before any finding."""
         stale = min((one.evidence.p for one in self._repeated), default=1.0)
         by_fit = self.first_p if self.selected.best.found else min(self.first_p, self._rest.p)
         return min(by_fit, stale)
 
-    def nothing_missing(self, found: Sequence[Finding]) -> float:
-        """See Settled."""
+    def _nothing_missing(self, found: Sequence[Finding]) -> float:
+        """Posterior probability that nothing is missing."""
         nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
         nothing *= 1.0 - max((one.probability or 0.0 for one in self._repeated), default=0.0)
         return nothing if found else calibrated(nothing, self._rest.p)
 
-    def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
-        """See Settled. An unknown effect has no prior size."""
-        named = [one for one in found if one.effect != NAMELESS]
-        return as_found(prior_sensitivity(self.searched), named)
 
-    def limits(self) -> Limits:
-        """See Settled."""
-        return Limits(self.plant.not_testable(), detection_limits(self.selected))
-
-    def next_run(self) -> Proposal:
-        """See Settled."""
-        return self.runs(self.selected)
-
-    def picture(self) -> Picture:
-        """See Settled."""
-        return picture_of(self.selected, self.plant)
-
-    def remarks(self) -> dict[str, Any]:
-        """Whether several recordings agree, and what the plant has to say."""
-        own = self.plant.remarks(self.selected.best, covariance_as_left(self.selected))
-        return {"agreement": self.compared, **own}
+def _with_persistence(fit: Fit, picture: Picture) -> Fit:
+    """The figures with how long what is left goes on."""
+    found = persistence(picture)
+    if found is None:
+        return fit
+    return fit.model_copy(update={f"left_{name}": value for name, value in found._asdict().items()})
 
 
 def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:

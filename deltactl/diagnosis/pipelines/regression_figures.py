@@ -17,6 +17,7 @@ from deltactl.diagnosis.assessment.regression_holdout import Blocks, as_file_say
 from deltactl.diagnosis.assessment.significance import chance, charge
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spike_weights
 from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.plants.regression import RegressionPlant
@@ -40,7 +41,7 @@ def beyond_noise(selected: Selected) -> Rest:
     """Whether more is left than the largest noise that the spectra of what was read allow.
 
     Single readings far off their neighbours are noise, and so is what effects of the robot file may
-    leave, and what happens between samples.
+    leave, what happens between samples, and what few tables have digits for.
     """
     plant, rows, left = selected.plant, selected.noise.rows, selected.best.residual
     steady = left.copy()
@@ -49,7 +50,8 @@ def beyond_noise(selected: Selected) -> Rest:
     if bounds is None:
         return Rest(1.0)
     between = 0.0 if plant.unsampled is None else selected.noise.rms(plant.unsampled[rows])
-    left_out = _left_by_file(selected) + between**2
+    digits = EVIDENCE.digits * selected.noise.rms((plant.observed + plant.drawn_on)[rows])
+    left_out = _left_by_file(selected) + between**2 + digits**2
     size = math.sqrt(max(selected.noise.rms(steady[rows]) ** 2 - left_out, 0.0))
     p = bounds.chance(size)
     share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0

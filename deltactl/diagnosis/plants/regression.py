@@ -358,6 +358,10 @@ class RegressionPlant:
         """The same, built as its file says whatever is chosen; None where it is so already."""
         return None
 
+    def holds_at(self, best: Any) -> bool:
+        """Whether columns made here still hold at what an explanation adds without a name."""
+        return True
+
     def moved_to(self, best: Any) -> RegressionPlant:
         """The same with columns made at the sizes of an explanation, fitted to their end."""
         return self
@@ -424,7 +428,8 @@ class RegressionPlant:
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square of a set that is no evidence for it.
 
-        gains: what each regressor adds to the fit, and how much it does by itself.
+        gains: what each regressor adds to the fit, and how much it does by itself; '' for what is
+        always fitted.
         """
         return 0.0
 

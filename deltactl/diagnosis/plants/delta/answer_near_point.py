@@ -207,7 +207,7 @@ class AnswerNearPoint(RegressionPlant):
         if not found:
             return Rest(1.0)
         gain = found[0].gain - found[0].paid - 0.5 * (self.left_by_names() + charged)
-        p = min(len(known) * math.exp(-max(gain, 0.0)), 1.0)
+        p = math.exp(min(math.log(len(known)) - gain, 0.0))
         share = float(np.clip(2.0 * found[0].gain / best.chi2, 0.0, 1.0))
         return Rest(p, tuple(found[0].covariate.split(", ")), found[0].location, share)
 
