@@ -404,14 +404,16 @@ class Laplace:
         self, keys: frozenset[str], point: Point, linear: dict[str, FloatArray]
     ) -> frozenset[str]:
         """Those of a set that are larger than on any machine as built."""
-        found = set()
+        found, built_so = set(), set()
         for key in keys:
             regressor = self.by_key[key]
             sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
             size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
             if not regressor.as_built or size > regressor.as_built:
                 found.add(key)
-        return frozenset(found)
+            if size <= regressor.built_so:
+                built_so.add(key)
+        return frozenset(found - built_so or found)
 
     @staticmethod
     def _within(point: Point, known: FloatArray, moved: list[tuple[str, Size]]) -> float:

@@ -98,6 +98,9 @@ class Regressor:
     """Linear sizes that no machine has below zero."""
     as_built: float = 0.0
     """Size up to which any machine is off, so that it is no finding."""
+    built_so: float = 0.0
+    """Size up to which it says how the machine was built beside what does not, and is no finding
+    there."""
     takes_over: str = ""
     """Name of the free column that is a tolerance of the same quantity."""
     measured_by: str = ""

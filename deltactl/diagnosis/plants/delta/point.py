@@ -128,6 +128,20 @@ class Near:
         length = float(np.linalg.norm(self.away))
         return -float(np.log(max(length / self.prior.typical, 1.0)))
 
+    @property
+    def usual(self) -> float:
+        """Log density of the other numbers at the point, against that at what they usually are."""
+        candidate = self.term.candidate
+        known = {p.name: p for p in candidate.kind.parameters}
+        total = 0.0
+        for number in self.prior.others:
+            one = candidate.coordinates[candidate.moved[number]]
+            default = known[one.parameter].default
+            if one.how == "log" and default is not None and np.isfinite(default):
+                off = self.term.at[candidate.moved[number]] - np.log(default)
+                total -= 0.5 * float(off / self.prior.spread[number]) ** 2
+        return total
+
     def moved_by(self, linear: FloatArray, at_work: bool) -> Term:
         """The term with the sizes that a linear fit has found, (k,)."""
         candidate, prior, away = self.term.candidate, self.prior, self.away
