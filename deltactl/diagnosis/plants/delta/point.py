@@ -16,8 +16,9 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
-from deltactl.models.effects import Trait, has
+from deltactl.models.effects import Trait, card_of, has
 from deltactl.models.effects.kind import EXACT
 
 
@@ -110,10 +111,11 @@ class Near:
 
     def discrepancy(self, sizes: FloatArray) -> FloatArray:
         """Covariance (k, k) of fitted sizes (k,) by what the operator is not: a bearing, a spring
-        or a stop is messier than any with two numbers.
+        or a stop is messier than any with two numbers, and the best machine is built to something.
         """
         kind, prior = self.term.candidate.kind, self.prior
-        variance = np.zeros(len(sizes))
+        built = PENALTIES.most_careful * (card_of(kind.name).build_spread or 0.0)
+        variance = np.full(len(sizes), built**2)
         if kind.discrepancy.elsewhere > EXACT:
             variance[prior.sizes] = kind.discrepancy.elsewhere * np.sum(sizes[prior.sizes] ** 2)
         moved = [self.term.candidate.coordinates[i].parameter for i in self.term.candidate.moved]
