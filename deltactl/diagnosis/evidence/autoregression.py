@@ -165,6 +165,7 @@ def channels_of(
     A constant in a channel is no noise: the first residual still has it.
     """
     channels, residual = [], residual.copy()
+    digits = _digits(readings)
     for column, rows in enumerate(histories):
         if len(rows):
             residual[:, column] -= np.median(residual[rows[:, 0], column])
@@ -174,8 +175,8 @@ def channels_of(
             channels.append(ChannelNoise(rows[:0], np.zeros(AR_ORDER), 1.0, 1.0))
             continue
         spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0])))
-        rounding = readings.rounding[column]
-        spread = max(spread, rounding, 1e-12)
+        rounding = max(readings.rounding[column], digits[readings.units[column]])
+        spread = max(spread, rounding)
         table = np.clip(table, -4 * spread, 4 * spread)
         gram = table.T @ table / len(table)
         ridge = max(1e-9 * gram[0, 0], TINY)  # readings without any error at all have no memory
@@ -185,8 +186,18 @@ def channels_of(
         innovation = table[:, 0] - table[:, 1:] @ phi
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
         sigma = max(float(np.std(innovation[core])), 0.3 * rounding)
-        channels.append(ChannelNoise(rows, phi, max(sigma, 1e-12), spread))
+        channels.append(ChannelNoise(rows, phi, sigma, spread))
     return tuple(channels), residual
+
+
+def _digits(readings: Readings) -> dict[str, float]:
+    """For each unit a share of the readings that few tables have the digits of."""
+    found = dict.fromkeys(readings.units, TINY)
+    for unit, column in zip(readings.units, readings.values.T, strict=True):
+        seen = column[np.isfinite(column)]
+        if len(seen):
+            found[unit] = max(found[unit], EVIDENCE.digits * float(np.std(seen)))
+    return found
 
 
 def stationary(phi: FloatArray) -> FloatArray:

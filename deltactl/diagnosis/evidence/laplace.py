@@ -377,15 +377,13 @@ class Laplace:
             alone[named] = np.linalg.solve(known[np.ix_(named, named)], along[named])
         gains: dict[str, tuple[float, float]] = {}
         for key, part in parts.items():
-            if key:
-                others = np.ones(len(theta), dtype=bool)
-                others[part] = False
-                rest, along = known[np.ix_(others, others)], share[others]
-                size = self._within_tolerance(rest, along)
-                gain = target.power - float(size @ (2.0 * along - rest @ size)) - cost
-                own = alone[part]
-                power = float(own @ (known[part, part] @ own - own))
-                gains[key] = gain, power
+            others = np.ones(len(theta), dtype=bool)
+            others[part] = False
+            rest, along = known[np.ix_(others, others)], share[others]
+            size = self._within_tolerance(rest, along) if key else np.linalg.solve(rest, along)
+            gain = target.power - float(size @ (2.0 * along - rest @ size)) - cost
+            own = alone[part]
+            gains[key] = gain, float(own @ (known[part, part] @ own - own))
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:

@@ -29,7 +29,6 @@ from deltactl.diagnosis.assessment.regression_holdout import (
     Blocks,
     beyond_noise,
     on_blocks,
-    scaled_covariance,
 )
 from deltactl.diagnosis.assessment.significance import (
     as_found,
@@ -47,7 +46,7 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     picture_of,
     rest_of,
 )
-from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
+from deltactl.diagnosis.pipelines.regression_findings import covariance_as_left, findings, sizes
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import Posterior
@@ -122,7 +121,7 @@ class Settled:
             smallest_detectable=smallest,
             picture=picture,
             agreement=self.compared,
-            **plant.remarks(best, scaled_covariance(best)),
+            **plant.remarks(best, covariance_as_left(self.selected)),
         )
 
     @cached_property

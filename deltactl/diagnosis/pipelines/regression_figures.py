@@ -13,10 +13,11 @@ from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.answer.verdict import Rest, seen
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.persistence import at_rest
-from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
+from deltactl.diagnosis.assessment.regression_holdout import Blocks, as_file_says, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spike_weights
 from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.plants.regression import RegressionPlant
@@ -40,7 +41,7 @@ def beyond_noise(selected: Selected) -> Rest:
     """Whether more is left than the largest noise that the spectra of what was read allow.
 
     Single readings far off their neighbours are noise, and so is what effects of the robot file may
-    leave, and what happens between samples.
+    leave, what happens between samples, and what few tables have digits for.
     """
     plant, rows, left = selected.plant, selected.noise.rows, selected.best.residual
     steady = left.copy()
@@ -49,7 +50,8 @@ def beyond_noise(selected: Selected) -> Rest:
     if bounds is None:
         return Rest(1.0)
     between = 0.0 if plant.unsampled is None else selected.noise.rms(plant.unsampled[rows])
-    left_out = _left_by_file(selected) + between**2
+    digits = EVIDENCE.digits * selected.noise.rms((plant.observed + plant.drawn_on)[rows])
+    left_out = _left_by_file(selected) + between**2 + digits**2
     size = math.sqrt(max(selected.noise.rms(steady[rows]) ** 2 - left_out, 0.0))
     p = bounds.chance(size)
     share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0
@@ -87,7 +89,7 @@ def fit_of(
     floor_m = min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected)
     within_m = _within(selected)
     return Fit(
-        rms_before_m=rms_left(selected.empty, selected.noise),
+        rms_before_m=rms_left(as_file_says(selected.plant, selected.empty), selected.noise),
         rms_after_m=after_m,
         noise_floor_m=floor_m,
         holdout_rms_before_m=before,
@@ -206,7 +208,7 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
         name=plant.channel,
         unit=plant.unit,
         observed=np.where(counted > 0.0, plant.observed + on, np.nan),
-        before=selected.empty.predicted + on,
+        before=as_file_says(plant, selected.empty).predicted + on,
         after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
         counted=counted,

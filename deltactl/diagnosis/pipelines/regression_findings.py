@@ -18,8 +18,13 @@ from deltactl.diagnosis.answer.records import (
 )
 from deltactl.diagnosis.answer.verdict import rather_unknown
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
-from deltactl.diagnosis.assessment.regression_holdout import over_what_it_follows, scaled_covariance
+from deltactl.diagnosis.assessment.regression_holdout import (
+    as_file_says,
+    over_what_it_follows,
+    scaled_covariance,
+)
 from deltactl.diagnosis.assessment.significance import chance
+from deltactl.diagnosis.evidence.effective_size import spare
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.pipelines.options import REGRESSION
@@ -63,6 +68,7 @@ def _finding(selected: Selected, together: Sequence[Regressor], readings: Readin
     """together: an effect, or all that has no name at one place."""
     best, regressor, keys = selected.best, together[0], [one.key for one in together]
     without = selected.evidence(best.keys - set(keys), [best])
+    bare = as_file_says(selected.plant, without)
     gain = max(without.chi2 - best.chi2, 0.0)
     apart = [_apart(selected, regressor, t) for t in regressor.equivalents]
     log_odds = [t.log_odds - 0.5 * d for t, d in zip(regressor.equivalents, apart, strict=True)]
@@ -98,9 +104,9 @@ def _finding(selected: Selected, together: Sequence[Regressor], readings: Readin
         ),
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
-        share_of_mismatch=_share(selected, without),
+        share_of_mismatch=_share(selected, bare),
         own_share=_own_share(selected, made),
-        left_without_m=rms_left(without, selected.noise),
+        left_without_m=rms_left(bare, selected.noise),
         alone_m=alone_m,
         alone_ci95_m=alone_ci95_m,
         probability=float(probability * share[0]),
@@ -117,7 +123,7 @@ def _share(selected: Selected, without: Explanation) -> float:
     Of the model error as it is read: under noise with a memory a constant counts for next to
     nothing.
     """
-    each = (selected.empty, selected.best, without)
+    each = (as_file_says(selected.plant, selected.empty), selected.best, without)
     before, after, left = (rms_left(one, selected.noise) ** 2 for one in each)
     return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
 
@@ -132,7 +138,7 @@ def _own(selected: Selected, key: str) -> FloatArray:
 
 def _own_share(selected: Selected, own: FloatArray) -> float:
     """Share of the model error's power that is its own."""
-    whole = rms_left(selected.empty, selected.noise)
+    whole = rms_left(as_file_says(selected.plant, selected.empty), selected.noise)
     return (selected.noise.rms(own) / max(whole, 1e-150)) ** 2
 
 
@@ -143,7 +149,8 @@ def _alone(
     sized: Mapping[str, ParameterResult],
 ) -> tuple[float, tuple[float, float] | None]:
     """The model error with one effect corrected alone, and its ends over the interval of a size."""
-    left, nothing = selected.empty.residual[selected.noise.rows], shown[0].nothing if shown else 0.0
+    empty = as_file_says(selected.plant, selected.empty)
+    left, nothing = empty.residual[selected.noise.rows], shown[0].nothing if shown else 0.0
     known = [np.array(one.components[0]) for one in sized.values()][:1]
     with np.errstate(all="ignore"):  # the smaller a stiffness is, the more it does
         moved = [one - nothing if math.isfinite(nothing) else 1.0 / one for one in known]
@@ -276,8 +283,15 @@ def _covariance_of(selected: Selected, key: str) -> FloatArray:
     best = selected.best
     rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
     shift = np.array([selected.shift.get(best.names[i], 0.0) for i in rows])
-    found: FloatArray = scaled_covariance(best)[np.ix_(rows, rows)] + np.diag(shift**2)
+    found: FloatArray = covariance_as_left(selected)[np.ix_(rows, rows)] + np.diag(shift**2)
     return found
+
+
+def covariance_as_left(selected: Selected) -> FloatArray:
+    """Covariance (p, p) of all sizes under the noise, or what is left where that is more."""
+    best = selected.best
+    left = max(spare(selected.noise.effective, best.tangent.shape[1]), 3.0)
+    return scaled_covariance(best) * max(best.chi2 / left, 1.0)
 
 
 def parameter(

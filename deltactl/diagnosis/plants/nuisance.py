@@ -21,6 +21,8 @@ class Nuisance:
     spread: tuple[float, ...]
     measured: bool = False
     """An effect that the robot file has from an earlier diagnosis."""
+    held: bool = False
+    """Such an effect, or an error of building that this diagnosis needed beside it."""
     together: float | None = None
     """Standard deviation of the sum of the coordinates, where that is known better."""
 

@@ -216,6 +216,8 @@ class RegressionPlant:
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     """For each effect that the robot file has from an earlier diagnosis, the share of its power
     that it may leave, and what it does (n,)."""
+    held: IntArray = np.zeros(0, dtype=np.intp)
+    """Free columns of what the file has from an earlier diagnosis: at nothing it is as there."""
     done_by_known: FloatArray | None = None
     """What all of them do (n,); None where the file has none."""
 
@@ -356,6 +358,10 @@ class RegressionPlant:
         """The same, built as its file says whatever is chosen; None where it is so already."""
         return None
 
+    def holds_at(self, best: Any) -> bool:
+        """Whether columns made here still hold at what an explanation adds without a name."""
+        return True
+
     def moved_to(self, best: Any) -> RegressionPlant:
         """The same with columns made at the sizes of an explanation, fitted to their end."""
         return self
@@ -422,7 +428,8 @@ class RegressionPlant:
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square of a set that is no evidence for it.
 
-        gains: what each regressor adds to the fit, and how much it does by itself.
+        gains: what each regressor adds to the fit, and how much it does by itself; '' for what is
+        always fitted.
         """
         return 0.0
 

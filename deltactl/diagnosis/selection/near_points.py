@@ -90,7 +90,7 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
         plant, evidence, found = first or _as_built(plant)
         first = None
         named = found.best.keys & plant.fitted
-        if named == plant.point:
+        if named == plant.point and plant.holds_at(found.best):
             return plant, evidence, found
         if named in visited:
             break

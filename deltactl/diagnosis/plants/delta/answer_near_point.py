@@ -24,7 +24,7 @@ from deltactl.diagnosis.observations.largest_noise import (
     segment_for,
     spectrum,
 )
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.jumps import TIME, Jump, jumps, late_of
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise, in_figures
@@ -90,6 +90,11 @@ class AnswerNearPoint(RegressionPlant):
                 share = term.candidate.kind.discrepancy.elsewhere
                 found.append((share, self.around.without_always(term)))
         return found
+
+    @property
+    def held(self) -> IntArray:  # type: ignore[override]
+        """See `RegressionPlant`."""
+        return self.recorded.held
 
     @property
     def left_by_known(self) -> Sequence[tuple[float, FloatArray]]:  # type: ignore[override]
@@ -204,7 +209,7 @@ class AnswerNearPoint(RegressionPlant):
         if not found:
             return Rest(1.0)
         gain = found[0].gain - found[0].paid - 0.5 * (self.left_by_names() + charged)
-        p = min(len(known) * math.exp(-gain), 1.0)
+        p = math.exp(min(math.log(len(known)) - gain, 0.0))
         share = float(np.clip(2.0 * found[0].gain / best.chi2, 0.0, 1.0))
         return Rest(p, tuple(found[0].covariate.split(", ")), found[0].location, share)
 

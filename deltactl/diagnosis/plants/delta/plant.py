@@ -229,11 +229,15 @@ class DeltaPlant(AnswerNearPoint):
     @cached_property
     def _beyond_usual(self) -> FloatArray:
         """What nuisances do at the point beyond where they usually are, (n c,)."""
-        pairs = zip(self.recorded.model.nuisances, self.around.always, strict=True)
-        sizes = [one.sizes(term.at) for one, term in pairs]
-        whole = np.concatenate([np.zeros(0), *sizes])
+        whole = self._sizes_of_nuisances
         change: FloatArray = self._free.values[:, : len(whole)] @ whole
         return change
+
+    @cached_property
+    def _sizes_of_nuisances(self) -> FloatArray:
+        """(p,) at the point, from where they usually are."""
+        pairs = zip(self.recorded.model.nuisances, self.around.always, strict=True)
+        return np.concatenate([np.zeros(0), *(one.sizes(term.at) for one, term in pairs)])
 
     @cached_property
     def _bases(self) -> dict[frozenset[str], FloatArray]:
@@ -310,7 +314,7 @@ class DeltaPlant(AnswerNearPoint):
     def _left_by(self, known: Candidate, new: str) -> float:
         """Share of what an effect does that it may leave in the shape of a regressor."""
         share = left_by(known, self.candidates.get(new))
-        return share if new in self.candidates else PENALTIES.spline_factor * share
+        return PENALTIES.spline_factor * share if new in self.unknown else share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
         """A set with the sizes that a linear fit has found."""
@@ -374,6 +378,15 @@ class DeltaPlant(AnswerNearPoint):
         there = DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
         there._only_careful = self._only_careful
         return there
+
+    def holds_at(self, best: Explanation) -> bool:
+        """Whether all is linear as far as nuisances were moved."""
+        always, whole = self._nuisances(best), self._sizes_of_nuisances
+        slopes = self._free.values[:, : len(whole)]
+        linear = self.around.predicted + slopes @ (best.linear[""][: len(whole)] - whole)
+        there = Around(self.recorded.model, self.around.terms, always).predicted
+        white = self.own_noise.whiten(there - linear)
+        return float(white @ white) < DELTA_FITS.little_beside
 
     def _nuisances(self, explanation: Explanation) -> list[Term]:
         """Nuisances where they were fitted."""

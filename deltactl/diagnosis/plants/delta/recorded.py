@@ -6,7 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
+from deltactl.diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    without_outliers,
+)
 from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Starts
@@ -73,3 +78,10 @@ class Recorded:
         if own is term.candidate and is_straight(own):
             return self.starts.straight(own)
         return around.slopes(term, around.predicted)
+
+    @cached_property
+    def held(self) -> IntArray:
+        """Numbers of the free columns of what the file has from an earlier diagnosis."""
+        every = self.model.nuisances
+        counts = [len(one.spread) for one in every]
+        return np.flatnonzero(np.repeat([one.held for one in every], counts))
