@@ -86,7 +86,7 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
     first: what was chosen near the point, where that is known.
     """
     visited: dict[frozenset[str], RegressionPlant] = {}
-    for _ in range(SELECTION.points):
+    for _ in range(SELECTION.most_points):
         plant, evidence, found = first or _as_built(plant)
         first = None
         named = found.best.keys & plant.fitted

@@ -173,13 +173,13 @@ def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Pro
         values = np.maximum(values, 0.0)
         seen = (vectors.T @ (shapes.T @ along)) ** 2
         usual = float(np.sqrt(max(values.max(), 1e-300)))
-        for ratio in PROCESSES.sizes:
+        for ratio in PROCESSES.ratios:
             power = (ratio / usual) ** 2
             each = seen * power / (1.0 + power * values) - np.log1p(power * values)
             gain = 0.5 * float(each.sum())
             gains.append(gain)
             if gain > best[0]:
-                seen_at_all = power * values > PROCESSES.least_seen
+                seen_at_all = power * values > PROCESSES.least_chi2
                 best = gain, shapes @ vectors[:, seen_at_all] * (ratio / usual)
     if best[0] <= 0.0:
         return None

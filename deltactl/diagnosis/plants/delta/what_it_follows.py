@@ -17,12 +17,12 @@ from deltactl.diagnosis.answer.finding import ParameterResult, Table
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.evidence.laplace import Explanation
-from deltactl.diagnosis.pipelines.options import UNKNOWN
 from deltactl.diagnosis.plants.delta.model import unit_at
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
+from deltactl.diagnosis.plants.options import UNKNOWN
 
 
 class Followed:
