@@ -51,15 +51,6 @@ One process has them: a second page and a second browser would cost as much as a
 
 
 @pytest.fixture(autouse=True, scope="session")
-def one_process_each() -> Iterator[None]:
-    """Hold each diagnosis to the process of its test: those beside it have the other cores."""
-    from deltactl.diagnosis.estimation.side_by_side import alone
-
-    with alone():
-        yield
-
-
-@pytest.fixture(autouse=True, scope="session")
 def commands_made_once() -> Iterator[None]:
     """A process of one's own makes the commands once; Typer does so for each call in this one."""
     import typer.main

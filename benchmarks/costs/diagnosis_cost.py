@@ -48,15 +48,15 @@ class Cost(NamedTuple):
     status: int
 
 
-def cost(group: str, seed: int, number: int, more: Sequence[str] = ()) -> tuple[list[str], Cost]:
-    """What was hidden, and what its diagnosis, with more options, takes."""
+def cost(group: str, seed: int, number: int) -> tuple[list[str], Cost]:
+    """What was hidden, and what its diagnosis takes."""
     rng = np.random.default_rng([seed, number, sum(group.encode())])
     names = sorted(ODDITIES) if group == "unknown" else list(SINGLES)
     kinds = [str(name) for name in rng.permutation(names)[: COUNTS[group]]]
     case = assemble(number, group, kinds, rng, motion="survey", seconds=LENGTH_S)
     with tempfile.TemporaryDirectory(prefix="cost-") as folder:
         write_blind(case, Path(folder), seed)
-        return kinds, _diagnosed(Path(folder), more)
+        return kinds, _diagnosed(Path(folder))
 
 
 def day(seed: int, hours: float) -> Cost:
@@ -78,7 +78,7 @@ def day(seed: int, hours: float) -> Cost:
                 rows = np.column_stack([number * TILE_S + t_s, counts, seen_m])
                 np.savetxt(file, rows, fmt=["%.2f", *["%d"] * 3, *["%.3f"] * 3], delimiter=",")
         shutil.copy(CONFIG / "zhao-2023.yaml", Path(folder) / ROBOT_FILE)
-        return _diagnosed(Path(folder), (), ())
+        return _diagnosed(Path(folder), ())
 
 
 def day_of_an_axis(seed: int, hours: float) -> tuple[Cost, str]:
@@ -112,10 +112,10 @@ def day_of_an_axis(seed: int, hours: float) -> tuple[Cost, str]:
     return took, f"{', '.join(found) or 'no finding'}; {left_deg:.4f} degrees left of {NOISE_DEG:g}"
 
 
-def _diagnosed(folder: Path, more: Sequence[str], held_out: Sequence[str] = (HOLDOUT,)) -> Cost:
+def _diagnosed(folder: Path, held_out: Sequence[str] = (HOLDOUT,)) -> Cost:
     options = ["--robot", str(folder / ROBOT_FILE)]
     options += [word for name in held_out for word in ("--holdout", str(folder / name))]
-    return _run(["diagnose", str(folder / RECORDING), *options, *more])
+    return _run(["diagnose", str(folder / RECORDING), *options])
 
 
 def _run(words: Sequence[str]) -> Cost:
@@ -161,7 +161,6 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=3, help="of each kind")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--group", choices=COUNTS, action="append", help="only these")
-    parser.add_argument("--thorough", action="store_true", help="without the limit of work")
     parser.add_argument("--day", action="store_true", help="a recording of a day instead")
     parser.add_argument("--axis", action="store_true", help="of a servo axis that is 40 ms late")
     parser.add_argument("--hours", type=float, default=24.0, help="of that day")
@@ -177,12 +176,11 @@ def main() -> int:
         )
         print(f"{took.memory_mb:.0f} MB of {DAY_MB:.0f} MB, exit status {took.status}")
         return int(took.memory_mb > DAY_MB or took.status != 0)
-    more = ["--thorough"] if options.thorough else []
     held = True
     print(f"{'hidden':10s} {'s':>6s} {'CPU s':>6s} {'MB':>5s}")
     for group in options.group or COUNTS:
         for number in range(1 if group == "nothing" else options.cases):
-            kinds, took = cost(group, options.seed, number, more)
+            kinds, took = cost(group, options.seed, number)
             held &= took.wall_s <= LIMIT_S and took.memory_mb <= LIMIT_MB
             refused = "" if took.status == 0 else f" (exit status {took.status})"
             print(

@@ -25,10 +25,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-ROOMS = (
-    "observations plants plants.lone evidence estimation priors score_tests selection assessment "
-    "pipelines answer"
-)
+ROOMS = "observations plants plants.lone evidence priors selection assessment pipelines answer"
 """Rooms of the engine whose numbers an axis or a range sensor meets."""
 FACTORS = (0.5, 2.0)
 Answer = dict[str, Any]

@@ -5,8 +5,8 @@
 OUT is the folder of a proof (`deltactl demo prove --out OUT`). Each of its cases with one to five
 effects that was not named exactly is simulated again and shown to an observer that is told what
 was built in: has the true set more evidence than what the engine compares with it (each of its
-effects left out, another in its place, one more, two for one) and than the set that was answered?
-It knows the noise that the true set leaves, it need not search, and it has no limit of work. Where
+effects left out, another in its place, one more) and than the set that was answered? It knows the
+noise that the true set leaves, and need not search. Where
 it would prefer another set, no diagnosis can be expected to name the true one. What the diagnosis
 named exactly counts as told, so the observer is not asked there. What it saw is kept beside the
 case's result (`ceiling.json`). Five to ten seconds of one core a case, and the simulation.
@@ -25,19 +25,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from deltactl.diagnosis.estimation.budget import Budget
-from deltactl.diagnosis.estimation.estimate import Solution
-from deltactl.diagnosis.estimation.side_by_side import alone
-from deltactl.diagnosis.evidence.noise_estimation import once_more, prepare
-from deltactl.diagnosis.plants.candidate import Candidate
+from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.priors.size_priors import odds_cost, size_cost
-from deltactl.diagnosis.score_tests.change_points import without_stale
-from deltactl.diagnosis.search.addition import add
-from deltactl.diagnosis.search.exchange import best_of, pairs_for_one
-from deltactl.diagnosis.search.search import Search
-from deltactl.diagnosis.selection.ambiguity import stands_of
-from deltactl.diagnosis.selection.credible_set import credible
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant
+from deltactl.diagnosis.plants.delta.recorded import Recorded
+from deltactl.diagnosis.selection.model_posterior import HillClimb
 from deltactl.foundation.errors import DeltactlError
 from deltactl.models.effects import found_by
 from deltactl.models.effects.card import Search as Searched
@@ -50,6 +42,8 @@ from deltactl.recording.tables.flat_files import read_flat
 
 Name = tuple[str, str]
 """Effect and component."""
+POINTS = 2
+"""So often are the columns made anew, each near the last fit."""
 NO_TERM = found_by(Searched.REPEATS).name
 """Found reading by reading, not by evidence: every observer is told it."""
 
@@ -71,73 +65,38 @@ def ceiling(recording: Path, robot: Path, truth: Sequence[Name], said: Sequence[
     """
     model_file = load_robot_model(robot)
     assert isinstance(model_file, DeltaRobot)
-    assert model_file.drive is not None
-    model = DeltaModel(model_file, [read_flat(recording)])
-    valid, _ = without_stale(model)
-    rad_per_step = model_file.drive.rad_per_step
-    search = Search(prepare(model, valid, Budget()), rad_per_step)
-    names = [name for name in truth if name[0] != NO_TERM]
-    first = _fitted(search, names)
-    if first is None:
+    plant = DeltaPlant(Recorded(DeltaModel(model_file, [read_flat(recording)])))
+    keys = _keys(plant, truth)
+    if not keys <= plant.fitted:
         return Ceiling("not seen", 0.0)
-    told = Search(once_more(search.prepared, first.predicted), rad_per_step)
-    best = _fitted(told, names)
-    if best is None:
+    there = _fitted(plant, keys)
+    evidence = Laplace(there, there.own_noise)
+    if not keys <= evidence(keys).found:
         return Ceiling("not seen", 0.0)
-    return _compared(told, best, [name for name in said if name[0] not in (NO_TERM, "unknown")])
+    weighed = HillClimb(evidence, among=sorted(there.fitted)).run(keys)
+    least = min((weighed.probability(key) for key in keys), default=1.0)
+    gone, more = sorted(keys - weighed.best.keys), sorted(weighed.best.keys - keys)
+    if gone:
+        why = f"is like {', '.join(more)}" if more else "is too faint"
+        return Ceiling(f"{', '.join(gone)} {why}", least)
+    if more:
+        return Ceiling(f"{', '.join(more)} beside it", least)
+    answered = _fitted(plant, _keys(plant, said) & plant.fitted)
+    rival = Laplace(answered, there.own_noise)(answered.point)
+    behind = rival.log_evidence - evidence(keys).log_evidence
+    return Ceiling("other names have more evidence" if behind > 0.0 else "", least)
 
 
-def _fitted(search: Search, names: Sequence[Name]) -> Solution | None:
-    """The best fit of these names, each begun with in turn; None where one shows nothing."""
-    fits = [_fitted_from(search, names, [first]) for first in names] if names else []
-    found = [fit for fit in fits if fit is not None]
-    return min(found, key=lambda fit: fit.cost, default=None if names else search.tests.empty)
+def _keys(plant: DeltaPlant, names: Sequence[Name]) -> frozenset[str]:
+    """Names as the engine's keys, less those that no observer looks for by evidence."""
+    return frozenset(" ".join(name) for name in names if name[0] not in (NO_TERM, "unknown"))
 
 
-def _fitted_from(search: Search, names: Sequence[Name], first: list[Name]) -> Solution | None:
-    """What is named first, then what explains most of the rest."""
-    solution, left = search.tests.empty, set(names)
-    while left:
-        asked = first if first[0] in left else left
-        trials = [t for t in search.tests.trials(solution) if _name(t.start.candidate) in asked]
-        if not trials:
-            return None
-        start = max(trials, key=lambda trial: trial.gain).start
-        solution = search.fitter.solve((*solution.terms, start), (), solution.nuisances)
-        left.discard(_name(start.candidate))
-    return solution
-
-
-def _name(candidate: Candidate) -> Name:
-    return candidate.effect, candidate.component
-
-
-def _compared(search: Search, truth: Solution, said: Sequence[Name]) -> Ceiling:
-    chances = credible(search, truth, stands_of(search, truth))
-    least = min(chances.terms, default=1.0)
-    if least < 0.5:
-        number = chances.terms.index(least)
-        name = " ".join(_name(truth.terms[number].candidate))
-        rival = max(chances.alternatives[number].items(), key=lambda item: item[1], default=None)
-        if rival is not None and rival[1] > 1.0 - least - rival[1]:
-            return Ceiling(f"{name} is like {' '.join(rival[0])}", least)
-        return Ceiling(f"{name} is too faint", least)
-    more = add(search, truth)
-    if more is not None:
-        return Ceiling(f"{' '.join(_name(more.terms[-1].candidate))} beside it", least)
-    rivals = [best_of(search, truth, [pair() for pair in pairs_for_one(search, truth)])]
-    answered = _fitted(search, said)
-    if answered is not None and set(said) != {_name(term.candidate) for term in truth.terms}:
-        rivals.append(answered)
-    behind = min(_cost(rival) for rival in rivals) - _cost(truth)
-    return Ceiling("other names have more evidence" if behind < 0.0 else "", least)
-
-
-def _cost(solution: Solution) -> float:
-    """-2 log evidence, but for a constant."""
-    numbers = range(len(solution.terms))
-    sizes = sum(size_cost(solution, number) for number in numbers)
-    return solution.cost + sizes + sum(odds_cost(t.candidate) for t in solution.terms)
+def _fitted(plant: DeltaPlant, keys: frozenset[str]) -> DeltaPlant:
+    """The plant with these effects at work, each at its best size."""
+    for _ in range(POINTS):
+        plant = plant.moved_to(Laplace(plant, plant.own_noise)(keys))
+    return plant
 
 
 GROUPS = ("single", "faint", "two", "three", "four", "five")
@@ -151,7 +110,7 @@ def observed(result: dict[str, Any], marks: Score, kept: Path) -> Ceiling:
         return Ceiling(**json.loads(kept.read_text(encoding="utf-8")))
     seed, number = int(result["seed"]), int(marks.case.rpartition("_")[2])
     case = (draw_more if marks.case.startswith(MORE) else draw)(seed, number)
-    with tempfile.TemporaryDirectory(prefix="ceiling-") as name, alone():
+    with tempfile.TemporaryDirectory(prefix="ceiling-") as name:
         folder = Path(name)
         write_blind(case, folder, seed)
         seen = ceiling(folder / RECORDING, folder / ROBOT_FILE, marks.truth, marks.said)

@@ -5,7 +5,7 @@
 
 Simulates the MuJoCo robot once (extra `proof`), then draws noise again and again: first-order
 correlated, rounded to millimetres, with outliers and invalid readings. A right p is below 5 % in
-5 % of the draws; one that is seldom small is on the safe side. 2 s of one core a draw of 120 s.
+5 % of the draws; one that is seldom small is on the safe side. 5 s of one core a draw of 120 s.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.detection import Detection
-from deltactl.diagnosis.evidence.noise_estimation import prepare
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.api import diagnose_recordings
 from deltactl.models.robot_files import load_delta
 from deltactl.proof.cases import ROBOT, move
 from deltactl.proof.prove.reliability import wilson
@@ -42,13 +40,11 @@ def chances(motion: str, seconds: float, rho: float, draws: int, seed: int) -> l
         file = Path(folder) / "robot.yaml"
         file.write_text(ROBOT, encoding="utf-8")
         robot = load_delta(file)
-    assert robot.drive is not None
     found = []
     for _ in range(draws):
         ranges, status = read(machine.sensors, machine.noise, truth, t_s, rng)
-        model = DeltaModel(robot, [table(t_s, train, ranges, status)])
-        seen = Detection(prepare(model, model.readings.valid), robot.drive.rad_per_step)
-        found.append(seen.first_p())
+        answer = diagnose_recordings(robot, [table(t_s, train, ranges, status)])
+        found.append(answer.false_alarm_p)
     return found
 
 

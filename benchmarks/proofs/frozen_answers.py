@@ -37,7 +37,6 @@ from scipy.stats import binomtest
 from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
-from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.proof.cases import HOLDOUT, RECORDING, ROBOT_FILE, ROUND, draw, write_blind
 from deltactl.proof.prove.score import score
 
@@ -115,9 +114,8 @@ def answer_of(job: tuple[Frozen, Path, str]) -> tuple[str, float]:
     _make(case, keep)
     begun, answer, failure = time.perf_counter(), None, None
     try:
-        with alone():
-            held_out = [case.holdout] if case.holdout is not None else []
-            answer = diagnose([case.recording], case.robot, held_out).to_json()
+        held_out = [case.holdout] if case.holdout is not None else []
+        answer = diagnose([case.recording], case.robot, held_out).to_json()
     except Exception as error:  # whatever it is, it is what came out
         failure = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - begun

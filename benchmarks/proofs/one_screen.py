@@ -32,7 +32,6 @@ from benchmarks.proofs import measured_arm, measured_poses
 from benchmarks.proofs.frozen_answers import answer_file, write
 from deltactl.cli.recordings.init_chain import chain
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.diagnosis.report.screen import WIDTH, marked, screen_lines
 from deltactl.diagnosis.report.templates import TERMINAL
 from deltactl.foundation.one_screen import LINES
@@ -114,8 +113,7 @@ def drawn(options: argparse.Namespace) -> Iterator[Kept]:
 
 def _answered(name: str, folder: Path, make: Callable[[], tuple[str, Path]]) -> Kept:
     kind, robot = make()
-    with alone():
-        answer, failure = diagnose_blind(folder)
+    answer, failure = diagnose_blind(folder)
     return {"name": name, "kind": kind, "robot": str(robot), "answer": answer, "failure": failure}
 
 

@@ -64,7 +64,6 @@ class Diagnose(Call):
         list[Name],
         Field(max_length=MOST_FILES, description="Recordings to test the answer on."),
     ] = []
-    thorough: Annotated[bool, Field(description="Search on where an answer ended early.")] = False
 
     @model_validator(mode="after")
     def _one_robot(self) -> Diagnose:

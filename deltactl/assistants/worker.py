@@ -72,9 +72,7 @@ def diagnose(root: Path, request: Request, part: Part) -> dict[str, Any]:
         _recordings([inside(root, named) for named in request[key]], columns, part)
         for key in ("recordings", "holdout")
     )
-    diagnosis = dc.diagnose(
-        used, robot, holdout=held_out, thorough=request["thorough"], progress=write_progress
-    )
+    diagnosis = dc.diagnose(used, robot, holdout=held_out, progress=write_progress)
     return {
         "json": diagnosis.to_json(),
         "says": sentences_by_topic(diagnosis.answer, diagnosis.robot.model),

@@ -2,6 +2,5 @@
 
 In: recordings and a robot file. Out: a `Diagnosis`. `api.diagnose` is the one way in; the folders
 in the order in which a recording passes them: `observations`, `admission`, `plants`, `pipelines`;
-then `estimation`, `priors`, `score_tests`, `evidence`, `search`, `selection`, `assessment`; at the
-end `experiment`, `answer`, `report`.
+then `priors`, `evidence`, `selection`, `assessment`; at the end `experiment`, `answer`, `report`.
 """

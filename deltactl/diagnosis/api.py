@@ -10,7 +10,6 @@ from deltactl.diagnosis.admission.admit import Progress, admit
 from deltactl.diagnosis.admission.excerpt import most_rows, thinned
 from deltactl.diagnosis.answer.assembly import known_of
 from deltactl.diagnosis.answer.records import Diagnosis
-from deltactl.diagnosis.estimation.side_by_side import only_here
 from deltactl.diagnosis.pipelines.by_machine import diagnosed
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.report.in_words import in_words
@@ -36,14 +35,12 @@ def diagnose(
     json_out: Path | None = None,
     progress: Progress = lambda _: None,
     read: Callable[[Path], FlatRecording] | None = None,
-    thorough: bool = False,
 ) -> Diagnosis:
     """Diagnose recordings of one robot; writes the contract's JSON when asked.
 
     robot: its file, or one that was read already.
     `read` turns a file into columns, for tables of others (`observations.column_mapping`). Of
     recordings too long to be worked on stretches are used (`recording.tables.excerpt`).
-    thorough: go on beyond the limit of work (`estimation.budget`).
     A damaged file of several is left out, which the answer says; `recordings` are the others.
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
@@ -59,7 +56,7 @@ def diagnose(
     held_out, damaged_too = _readable(holdout, kept)
     recorded, others = ([one for _, one in each] for each in (used, held_out))
     limits = MotionLimits.of(document.data)
-    answer = diagnose_recordings(accepted, recorded, others, progress, limits, thorough)
+    answer = diagnose_recordings(accepted, recorded, others, progress, limits)
     update: dict[str, object] = {
         "robot": accepted.name,
         "recordings": [str(path) for path, _ in used],
@@ -101,14 +98,12 @@ def diagnose_recordings(
     holdout: Sequence[FlatRecording] = (),
     progress: Progress = lambda _: None,
     motion_limits: MotionLimits | None = None,
-    thorough: bool = False,
 ) -> Diagnosis:
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
-    progress = only_here(progress)
     units = {name: unit for one in recordings for name, unit in one.units.items()}
     with said_in(units.values()):
         admission = admit(accepted, recordings, holdout, motion_limits, progress)
-        answer = diagnosed(admission, progress, motion_limits, thorough)
+        answer = diagnosed(admission, progress, motion_limits)
         doubts = [doubt.says for doubt in admission.doubts]
         known = known_of(accepted, [Path(one.source) for one in admission.recordings])
         update = {"thinned": thinned(admission.recordings), "doubts": doubts, "known": known}

@@ -147,18 +147,13 @@ def _quantity(effect: str, parameter: str) -> str:
 
 
 def diagnose_one(recording: str, robot: str) -> Row:
-    """Answer of one recording: {"verdict", "findings": [...], ...} or {"error": one line}.
-
-    In this process alone: the cores are busy with other recordings, or a robot runs on them.
-    """
+    """Answer of one recording: {"verdict", "findings": [...], ...} or {"error": one line}."""
     from deltactl.diagnosis.api import diagnose
-    from deltactl.diagnosis.estimation.side_by_side import alone
     from deltactl.diagnosis.report.headline import headline
 
     started_s = time.monotonic()
     try:
-        with alone():
-            answer = diagnose([Path(recording)], Path(robot))
+        answer = diagnose([Path(recording)], Path(robot))
     except (DeltactlError, OSError) as error:
         return {"error": " ".join(str(error).split())}
     except Exception as error:

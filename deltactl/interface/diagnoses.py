@@ -182,7 +182,6 @@ def diagnose(
     *,
     holdout: AnyRecording | Sequence[AnyRecording] = (),
     columns: Columns | None = None,
-    thorough: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find out where recordings and the robot file differ, and why.
@@ -198,8 +197,6 @@ def diagnose(
         Recordings that take no part in the search; the answer is tested on them.
     columns : mapping, optional
         How files that are given as paths are read, as in `read`.
-    thorough : bool, optional
-        Search without a limit of work.
     progress : callable, optional
         Gets a few words whenever another part of the work begins.
 
@@ -227,7 +224,6 @@ def diagnose(
         list(held_out),
         progress=progress,
         read=tables.__getitem__,
-        thorough=thorough,
     )
     return Diagnosis(answer, compared_with)
 

@@ -15,7 +15,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.firmware_py.planner.plan import plan_of
 from deltactl.firmware_py.robot_file import load_robot
 from deltactl.foundation.errors import DeltactlError
@@ -98,21 +97,20 @@ def heal_case(seed: int, number: int, folder: Path) -> dict[str, Any]:
     work.mkdir(parents=True)
     robot_file = work / ROBOT.name
     write_whole(robot_file, ROBOT.read_bytes())
-    with alone():
-        machine, paths = faulty_robot(causes, 1000 * seed + number), Paths(JOB, PLANS)
-        before = _drawn(machine, paths, robot_file)
-        try:
-            order = Order(robot_file, JOB, work / "healing")
-            patient = ProofPatient(machine, JOB, paths)
-            answer = Healer(order, patient, lambda _: None, paths).heal()
-            result |= {name: answer[name] for name in KEPT_OF_ANSWER if name in answer}
-        except DeltactlError as error:
-            result |= {"outcome": "failed", "why": str(error)}
-        corrected = work / "healing" / CANDIDATE
-        if corrected.exists():
-            result["advice"] = advice(machine, paths, ROBOT, corrected)
-        changed = robot_file.read_bytes() != ROBOT.read_bytes()
-        after = _drawn(machine, paths, robot_file) if changed else before
+    machine, paths = faulty_robot(causes, 1000 * seed + number), Paths(JOB, PLANS)
+    before = _drawn(machine, paths, robot_file)
+    try:
+        order = Order(robot_file, JOB, work / "healing")
+        patient = ProofPatient(machine, JOB, paths)
+        answer = Healer(order, patient, lambda _: None, paths).heal()
+        result |= {name: answer[name] for name in KEPT_OF_ANSWER if name in answer}
+    except DeltactlError as error:
+        result |= {"outcome": "failed", "why": str(error)}
+    corrected = work / "healing" / CANDIDATE
+    if corrected.exists():
+        result["advice"] = advice(machine, paths, ROBOT, corrected)
+    changed = robot_file.read_bytes() != ROBOT.read_bytes()
+    after = _drawn(machine, paths, robot_file) if changed else before
     for recording in work.glob("healing/*.csv.gz"):
         recording.unlink()
     return result | {

@@ -104,8 +104,8 @@ def of_one_run(finding: Finding) -> bool:
 
 
 def settled(answer: Diagnosis) -> bool:
-    """Whether it leaves nothing to look for, and everything was compared."""
-    return answer.verdict in EXPLAINED and not answer.ended_early
+    """Whether it leaves nothing to look for."""
+    return answer.verdict in EXPLAINED
 
 
 def of_the_later(answer: Diagnosis, later: Diagnosis) -> Diagnosis:

@@ -140,8 +140,7 @@ class EffectKind:
     itself: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Parameter -> the range in which the effect does what it is called after."""
     physical: float = float("inf")
-    """Largest main size that such a thing has. A fit may pass it, so that an interval has its full
-    width; a finding whose whole interval lies beyond is something else."""
+    """Largest main size that such a thing has; beyond it, something else acts."""
     refuses: Callable[[Values], str] | None = None
     """Why values that are in bounds one by one do not fit together; empty where they do."""
 

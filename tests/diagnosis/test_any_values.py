@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from benchmarks.proofs.contradictions import contradictions
 from deltactl.diagnosis.answer.records import Diagnosis
 from deltactl.diagnosis.api import diagnose
-from deltactl.diagnosis.estimation.side_by_side import alone
 from deltactl.foundation.errors import DeltactlError
 from deltactl.recording.tables.flat import FlatRecording
 from deltactl.recording.tables.flat_files import write_flat
@@ -92,8 +91,7 @@ def test_an_answer_that_keeps_the_contract_or_one_line(
     write_flat(FlatRecording(t_s, table, {}, "any"), path)
     refused = ""
     try:
-        with alone():
-            answer = diagnose([path], robot)
+        answer = diagnose([path], robot)
     except DeltactlError as error:
         refused = str(error)
     if refused:

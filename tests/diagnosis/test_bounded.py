@@ -38,9 +38,7 @@ CHILD = """
 import sys
 from pathlib import Path
 from deltactl.diagnosis.api import diagnose
-from deltactl.diagnosis.estimation.side_by_side import alone
-with alone():
-    answer = diagnose([Path(sys.argv[1])], Path(sys.argv[2]))
+answer = diagnose([Path(sys.argv[1])], Path(sys.argv[2]))
 print(peak_mb())
 """
 READS = """

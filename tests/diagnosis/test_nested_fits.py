@@ -10,55 +10,41 @@ import pytest
 from deltactl.diagnosis.evidence.effective_size import Rows, tempered
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.regression import Columns, Regressor, Size
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size, Sizes
 
 TRUE_HZ, WRONG_HZ = 3.0, 4.6
 
 
-class Wave:
+class Wave(RegressionPlant):
     """A wave whose frequency starts in the wrong minimum, and a constant that is not there."""
 
     unit = "m"
-    rounding = 0.0
-    averages = False
 
     def __init__(self) -> None:
         rng = np.random.default_rng(7)
         self.t_s = np.arange(300) / 100.0
         self.observed = np.sin(2.0 * np.pi * TRUE_HZ * self.t_s) + 0.05 * rng.standard_normal(300)
         self.rows = np.arange(300)
-        self.groups = self.kinds = self.noises = np.zeros(300, dtype=np.intp)
+        self.groups = self.kinds = np.zeros(300, dtype=np.intp)
         hertz = Size("hz", "flat", 10.0, 0.5, 10.0, 1e-3)
         self.regressors = (
             Regressor("wave", "resonance", -1.0, sizes=(hertz,)),
             Regressor("constant", "home_offset", -1.0),
         )
 
-    def base(self, keys: frozenset[str], sizes: dict[str, float]) -> FloatArray:
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         if "wave" not in keys:
             return np.zeros(300)
         wave: FloatArray = np.sin(2.0 * np.pi * sizes["wave.hz"] * self.t_s)
         return wave
 
-    def columns(self, key: str, base: FloatArray, sizes: dict[str, float]) -> Columns:
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         if key == "wave":
             return Columns(np.zeros((300, 0)), np.zeros(0))
         return Columns(np.ones((300, 1)), np.ones(1), ("size",))
 
-    def free(self) -> Columns:
-        return Columns(np.zeros((300, 0)), np.zeros(0))
-
     def starts(self, key: str, residual: FloatArray) -> list[dict[str, float]]:
         return [{"wave.hz": WRONG_HZ}] if key == "wave" else [{}]
-
-    def impossible(self, *_: object) -> bool:
-        return False
-
-    def further_odds(self, *_: object) -> float:
-        return 0.0
-
-    def without_noise(self, *_: object) -> None:
-        return None
 
 
 @pytest.mark.parametrize("known", [False, True], ids=["new", "evaluated before"])
@@ -68,7 +54,7 @@ def test_a_smaller_set_starts_where_a_larger_one_ended(known: bool) -> None:
         0.05 * np.random.default_rng(1).standard_normal(300),
         Rows(plant.rows, plant.groups, plant.kinds, plant.noises, 1e-9),
     )
-    evidence = Laplace(plant, noise)  # type: ignore[arg-type]
+    evidence = Laplace(plant, noise)
     both = replace(evidence({"wave", "constant"}), sizes={"wave.hz": TRUE_HZ + 0.02})
     if known:
         assert evidence({"wave"}).sizes["wave.hz"] != pytest.approx(TRUE_HZ, abs=0.1)

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deltactl.diagnosis.estimation.least_squares import Fitter
 
-from deltactl.diagnosis.estimation.noise import estimate
+from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.experiment.propose import fitted_set
 from deltactl.diagnosis.experiment.ties import Tie
-from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.diagnosis.plants.delta.next_runs import commanded
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant
+from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray
@@ -68,33 +69,12 @@ class Bench:
 
     def tie(
         self, recordings: Sequence[FlatRecording], first: Names, second: Names
-    ) -> tuple[DeltaModel, Fitter, Tie]:
+    ) -> tuple[DeltaPlant, Tie]:
         """Both explanations fitted to the recordings together."""
-        model = DeltaModel(self.robot, recordings)
-        plain = model.predict([n.term for n in model.nuisances])
-        noise = estimate(model.readings, model.readings.valid, 0.0 * plain + _white(plain))
-        fitter = Fitter(model, noise, model.nuisances)
-        fits = [fitter.solve(_terms(model, names), steps=12) for names in (first, second)]
-        return model, fitter, Tie.of(*fits)
-
-
-def _white(like: FloatArray) -> FloatArray:
-    """Noise as the recordings carry it: what whitening them needs to know."""
-    noise: FloatArray = NOISE_M * np.random.default_rng(0).standard_normal(like.shape)
-    return noise
-
-
-def _terms(model: DeltaModel, names: Names) -> list[Term]:
-    """Candidates a little off nothing, where the fit begins."""
-    terms = []
-    for effect, component in names:
-        both = [*model.candidates, *model.groups]
-        candidate = next(c for c in both if c.key[:2] == (effect, component))
-        shape = candidate.shapes[0]
-        at = np.array(shape.origin)
-        at[shape.linear[0]] += shape.reach
-        terms.append(Term(candidate, at).moved_to(at))
-    return terms
+        plant = DeltaPlant(Recorded(DeltaModel(self.robot, recordings)))
+        evidence = Laplace(plant, plant.own_noise)
+        sets = [evidence([" ".join(name) for name in names]) for names in (first, second)]
+        return plant, Tie.of(*(fitted_set(plant, one) for one in sets))
 
 
 @pytest.fixture(scope="session")

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from deltactl.diagnosis.estimation.least_squares import Fitter
 
 from deltactl.diagnosis.experiment import Proposal, Tie, next_experiment
 from deltactl.diagnosis.experiment.design import EXPERIMENT, contains
-from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.report.next_run import tie_line
 from deltactl.models.robot import EffectEntry
 
@@ -39,9 +38,9 @@ def driven(job: dict[str, Any]) -> Motion:
     return Motion(job["name"], "", path, job["path"]["dwell_s"], job["timing"]["t_pwm_s"])
 
 
-def proposed(model: DeltaModel, fitter: Fitter, ties: list[Tie]) -> Proposal:
-    runs = partial(next_runs, model, None)
-    return next_experiment(model.readings, fitter.whiten, ties, runs)
+def proposed(plant: DeltaPlant, ties: list[Tie]) -> Proposal:
+    runs = partial(next_runs, plant.recorded.model, None)
+    return next_experiment(plant.readings, plant.own_noise.whitener, ties, runs)
 
 
 @dataclass(frozen=True)
@@ -81,10 +80,10 @@ def test_the_proposed_run_settles_the_tie(
     bench: Any, circle: Callable[..., Motion], case: Case
 ) -> None:
     poor = bench.record(circle(turns=case.turns, radius=case.radius_m), *case.hidden)
-    model, fitter, tie = bench.tie([poor], case.truth, case.rival)
+    plant, tie = bench.tie([poor], case.truth, case.rival)
     assert abs(tie.delta_chi2) < TIED
 
-    proposal = proposed(model, fitter, [tie])
+    proposal = proposed(plant, [tie])
     plan = proposal.experiment
     assert plan is not None
     assert plan.expected_delta_chi2 >= EXPERIMENT.settles
@@ -92,7 +91,7 @@ def test_the_proposed_run_settles_the_tie(
     assert set(plan.tells_apart) == {" ".join(name) for name in (*case.truth, *case.rival)}
 
     second = bench.record(driven(plan.job), *case.hidden, seed=2)
-    _, _, both = bench.tie([poor, second], case.truth, case.rival)
+    _, both = bench.tie([poor, second], case.truth, case.rival)
     assert both.delta_chi2 > TIED
     assert both.delta_chi2 - tie.delta_chi2 > EXPERIMENT.settles
 
@@ -114,15 +113,15 @@ def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
     bench: Any, circle: Callable[..., Motion], case: Case
 ) -> None:
     poor = bench.record(circle(turns=case.turns), *case.hidden)
-    model, fitter, tie = bench.tie([poor], case.truth, case.rival)
-    proposal = proposed(model, fitter, [tie])
+    plant, tie = bench.tie([poor], case.truth, case.rival)
+    proposal = proposed(plant, [tie])
     assert proposal.experiment is not None
     assert proposal.experiment.expected_delta_chi2 >= EXPERIMENT.settles
     line = tie_line(*proposal.open)
     assert "both will still fit: then record the" in line
 
     second = bench.record(driven(proposal.experiment.job), *case.hidden, seed=2)
-    _, _, both = bench.tie([poor, second], case.truth, case.rival)
+    _, both = bench.tie([poor, second], case.truth, case.rival)
     assert both.delta_chi2 > max(TIED, tie.delta_chi2)
 
 
@@ -132,10 +131,10 @@ def test_a_group_of_equal_causes_counts_as_its_members(
     """The answer offers three equal lags as one rival, and they may be late readings exactly."""
     recording = bench.record(circle(turns=1), entry("sensor_latency", "sensors", time=0.06))
     late, lags = [("sensor_latency", "sensors")], [("following_lag", "motors")]
-    model, _, tie = bench.tie([recording], late, lags)
+    _, tie = bench.tie([recording], late, lags)
     assert tie.names[1] == [f"following_lag motor{m}" for m in (1, 2, 3)]
-    assert contains(tie.only_second, tie.only_first, model.traits)
-    assert not contains(tie.only_first, tie.only_second, model.traits)
+    assert contains(tie.only_second, tie.only_first)
+    assert not contains(tie.only_first, tie.only_second)
 
 
 def test_no_motion_is_proposed_where_none_can_help(
@@ -144,8 +143,8 @@ def test_no_motion_is_proposed_where_none_can_help(
     """A wrong payload and yielding joints are the same everywhere."""
     poor = bench.record(circle(), entry("joint_compliance", "joints", stiffness=400.0))
     truth, rival = [("joint_compliance", "joints")], [("payload", "platform")]
-    model, fitter, tie = bench.tie([poor], truth, rival)
-    proposal = proposed(model, fitter, [tie])
+    plant, tie = bench.tie([poor], truth, rival)
+    proposal = proposed(plant, [tie])
     assert proposal.experiment is None
     line = tie_line(*proposal.open)
     assert line.startswith("No safe run, not even one of 8 min, can tell")
@@ -153,5 +152,5 @@ def test_no_motion_is_proposed_where_none_can_help(
 
 
 def test_without_a_tie_nothing_is_proposed(bench: Any, circle: Callable[..., Motion]) -> None:
-    model, fitter, _ = bench.tie([bench.record(circle())], [], [])
-    assert proposed(model, fitter, []).experiment is None
+    plant, _ = bench.tie([bench.record(circle())], [], [])
+    assert proposed(plant, []).experiment is None

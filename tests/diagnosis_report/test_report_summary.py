@@ -21,7 +21,6 @@ from deltactl.diagnosis.answer.records import (
 from deltactl.diagnosis.report.finding import where_line
 from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.screen import marked, screen_lines, sentences
-from deltactl.diagnosis.report.templates import TERMINAL, say
 from tests.diagnosis_report.conftest import report_text
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
@@ -131,12 +130,6 @@ def test_a_linear_axis_has_millimetres_and_newtons(make: Any, parts: Any) -> Non
     assert "20.0 mm before, 0.500 mm after" in text
     fit = fit.model_copy(update={"unit": "rad"})
     assert "1.15 degrees before" in report_text(make("explained", fit=fit))
-
-
-def test_it_says_where_the_search_ended_early(make: Any) -> None:
-    said = say("summary.ended_early", way=TERMINAL.thorough)
-    assert said in sentences(make(ended_early=True))
-    assert said not in sentences(make())
 
 
 def test_where_no_run_helps_no_motion_is_proposed(make: Any, parts: Any) -> None:

@@ -80,7 +80,6 @@ def answers(make: Any, parts: Any) -> Iterator[Diagnosis]:
         "not_read": [LONG] * 2,
         "not_held_out": [LONG],
         "doubts": [LONG] * 3,
-        "ended_early": True,
         "loosely_built": True,
         "thinned": [Thinned(recording=1, rows_used=9, rows=99, stretches=3, span_s=9e4)],
         "known": [

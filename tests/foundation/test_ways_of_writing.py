@@ -16,7 +16,6 @@ OTHERWISE = {
     "deltactl/fleet/task.py": "answers of a fleet are added as they come, a line each",
     "models/training/dataset.py": "samples are added as they are taken, a line each",
     "deltactl/cli/web.py": "the log of a process that runs",
-    "deltactl/diagnosis/estimation/side_by_side.py": "a pipe between processes",
     "drivers/steps/hosts.py": "memory that two processes share, and no text",
     "firmware_py/daemon/listener.py": "an empty file that is locked",
     "deltactl/interface/recordings.py": "a table in a temporary folder of its own",

@@ -45,7 +45,6 @@ MISSING: dict[str, tuple[str, ...]] = {
     "deltactl export --truth": ("run.mcap", "run.csv"),
     "deltactl status sensors --calibrate": ("z=0.412",),
     "deltactl fleet": ("runs/*.mcap", "--robots", "robots"),
-    "deltactl diagnose --thorough": ("run.csv",),
 }
 """What a sentence leaves out of a command, for it speaks of one option."""
 

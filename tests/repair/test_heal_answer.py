@@ -32,7 +32,6 @@ from deltactl.repair.surveys import (
     highest_deg,
     of_the_later,
     open_s,
-    settled,
     survey_job,
 )
 from deltactl.repair.worth import beside_goal, left_over
@@ -166,15 +165,6 @@ def test_a_base_radius_beside_lost_steps_is_not_dropped_with_them() -> None:
     names = [one.effect for one in of_the_later(together, later).findings]
     assert names == ["base_radius", "lost_steps", "contact"]
     assert of_the_later(together, answer_of("unexplained")) is together
-
-
-def test_an_answer_that_was_not_compared_to_the_end_gives_way() -> None:
-    """A joint one that stopped early called three causes one (seed 5513, robot 4)."""
-    first = answer_of("explained", BASE)
-    hasty = first.model_copy(update={"ended_early": True})
-    assert settled(first)
-    assert not settled(hasty)
-    assert of_the_later(first, hasty) is first
 
 
 def test_what_a_survey_leaves_open_is_surveyed_again_as_long_as_time_allows() -> None:

@@ -82,14 +82,6 @@ def diagnose(
         ),
     ] = False,
     columns: ColumnsOption = None,
-    thorough: Annotated[
-        bool,
-        typer.Option(
-            "--thorough",
-            help="Search without the limit of work, if the answer ended early.",
-            rich_help_panel=MORE,
-        ),
-    ] = False,
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
@@ -114,4 +106,4 @@ def diagnose(
     refuse_other_page(report)
     wanted = Wanted(json_file, report, save_robot, save_all, next_job, force)
     known = [*(columns or []), *(set_columns or [])]
-    diagnose_recordings(recordings, robot, holdout or [], known, wanted, thorough)
+    diagnose_recordings(recordings, robot, holdout or [], known, wanted)

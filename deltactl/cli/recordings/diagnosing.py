@@ -67,7 +67,6 @@ def diagnose_recordings(
     holdout: list[Path],
     columns: list[str],
     wanted: Wanted,
-    thorough: bool = False,
 ) -> None:
     """Diagnose, print the findings in plain sentences, and write the files asked for."""
     quiet, save_robot, next_job = wanted.quiet, wanted.save_robot, wanted.next_job
@@ -90,7 +89,7 @@ def diagnose_recordings(
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
         try:
-            answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+            answer = diagnose(recordings, robot_file, holdout, written, show, read)
         except DeltactlError:
             notes.print_remarks(MOST_REMARKS)
             raise

@@ -18,8 +18,7 @@ from scipy.optimize import least_squares
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Refusal, refusal, refuse
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from deltactl.diagnosis.plants.contract import Model
-from deltactl.diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
+from deltactl.diagnosis.plants.delta.model import ANGLES, MOTOR, POSITIONS, DeltaModel
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.effects.units_in_use import said
 from deltactl.models.linkage import Linkage, forward
@@ -96,8 +95,7 @@ def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float
     """The largest shift of a joint [rad] where each is shifted as fits best, and how far off the
     readings are then (median).
     """
-    joints = model.traits.events
-    columns = [change for place, change in model.inputs().items() if place in joints]
+    columns = [change for place, change in model.inputs().items() if place.startswith(MOTOR)]
     known = np.isfinite(left[rows])
     moved = np.stack([change[rows][known] for change in columns], axis=1)
     rest = left[rows][known]
@@ -108,7 +106,7 @@ def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")
 
 
-def check_input(model: Model) -> None:
+def check_input(model: DeltaModel) -> None:
     """Refuse what cannot be right. Raises RefusedRecording."""
     readings = model.readings
     if not 1e-4 <= readings.period_s <= 5.0:

@@ -212,8 +212,6 @@ class Diagnosis(Record):
     """Build tolerances everywhere were fitted beside the findings."""
     allowed_for: list[AllowedFor] = Field(default_factory=list)
     """Those of them that the recording clearly shows, the one farthest off first."""
-    ended_early: bool = False
-    """The search reached its limit of work before everything was compared."""
     thinned: list[Thinned] = Field(default_factory=list)
     """Recordings of which only stretches were used."""
     not_read: list[str] = Field(default_factory=list)

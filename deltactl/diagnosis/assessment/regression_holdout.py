@@ -32,6 +32,18 @@ class Blocks:
     fits: list[Explanation]
 
 
+def as_file_says(plant: RegressionPlant, explanation: Explanation) -> Explanation:
+    """An explanation with what the file holds the machine to as the file has it: how far a machine
+    is from its file must not hide in what is fitted in every set.
+    """
+    if not len(plant.held):
+        return explanation
+    sizes = explanation.linear[""].copy()
+    sizes[plant.held] = 0.0
+    ((values, _), *parts) = explanation.parts
+    return replace(explanation, parts=((values, sizes), *parts))
+
+
 def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tuple[float, float]:
     """RMS before and after over all rows of other recordings, nothing refitted but what is free.
 
@@ -52,7 +64,7 @@ def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tupl
 def _sampled(noise: TemperedNoise, other: RegressionPlant) -> FloatArray:
     """Share of the variance of another recording's rows (m,) that does not lie between samples."""
     if noise.sampled is None or other.unsampled is None:
-        return np.ones(len(other.rows))
+        return other.counts[other.rows]
     own = float(np.mean(noise.sigma**2 * noise.sampled))
     return own / (own + other.unsampled[other.rows] ** 2)
 
@@ -78,7 +90,8 @@ def _predicted(selected: Selected, other: RegressionPlant, sizes: Sizes) -> Floa
     best = selected.best
     keys = frozenset(k for k in best.keys if k not in LASTING)
     base = other.base(keys, sizes)
-    predicted = base
+    held = other.held
+    predicted = base + other.free().values[:, held] @ best.linear[""][held]
     for key in sorted(keys):
         if key.startswith("unknown "):
             predicted = predicted + _carried(selected, other, key)
@@ -115,9 +128,11 @@ def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
     from scipy.optimize import lsq_linear  # takes 0.1 s to import
 
     free, chosen = plant.free(), left[plant.rows]
-    if not len(free.spread):
+    fitted = np.setdiff1d(np.arange(len(free.spread)), plant.held)
+    if not len(fitted):
         return chosen
-    most, shapes = tolerated(plant) * free.spread, free.values[plant.rows]
+    most = (tolerated(plant) * free.spread)[fitted]
+    shapes = free.values[np.ix_(plant.rows, fitted)]
     remaining: FloatArray = chosen - shapes @ lsq_linear(shapes, chosen, (-most, most)).x
     return remaining
 
@@ -134,18 +149,19 @@ def on_blocks(selected: Selected) -> Blocks:
         scale = np.where(held, 0.0, noise.scale)
         partial = Laplace(plant, replace(noise, scale=scale), selected.evidence)
         for keys, into in ((best.keys - best.found, before), (best.keys, after)):
-            into[held] = partial(keys).residual[noise.rows][held]
+            fit = partial(keys) if into is after else as_file_says(plant, partial(keys))
+            into[held] = fit.residual[noise.rows][held]
         fits.append(partial(best.keys))
     return Blocks(noise.rms(before), noise.rms(after), fits)
 
 
 def _folds(plant: RegressionPlant, rows: IntArray) -> IntArray:
-    """Number (m,) of the block that each row is left out with: a fifth of the recording.
+    """Number (m,) of the block that each row is left out with: a fifth of the time, all channels.
 
     Of a table sorted by distance each fifth would lie beyond all others, or leave a gap that has to
     be guessed; there each block is several short stretches, spread over the range.
     """
-    order = np.arange(len(rows))
+    order = np.argsort(np.argsort(plant.t_s[rows], kind="stable"))
     along = plant.covariates.get("distance")
     if along is not None:
         steps = np.diff(along[rows])

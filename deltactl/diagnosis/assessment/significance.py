@@ -27,6 +27,8 @@ def charge(plant: RegressionPlant, noise: TemperedNoise, known: Explanation) -> 
     Found in a recording, an effect and its discrepancy are weighed together. Once the file has it,
     the next diagnosis would take for a second effect what is the first.
     """
+    if plant.messy:  # which charges each set for itself
+        return 0.0
     charged = 0.0
     for share, alone in plant.left_by_known:
         without = known.white + noise.whiten(alone)
@@ -43,7 +45,7 @@ def chance(
     regressor could have been the one (Sidak's correction, to first order). charged: chi-square
     that has to be explained before anything is (`charge`).
     """
-    gain = _cost(worse) - _cost(better) - charged
+    gain = _cost(worse) - _cost(better) - charged - (better.charged - worse.charged)
     more = max(better.tangent.shape[1] - worse.tangent.shape[1], 1)
     left = max(spare(selected.noise.effective, better.tangent.shape[1]), 3.0)
     if gain <= 0.0:

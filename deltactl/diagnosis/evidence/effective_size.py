@@ -52,6 +52,11 @@ class TemperedNoise:
         return root_mean_square(left, self.sampled)
 
     @property
+    def size(self) -> float:
+        """Standard deviation of one reading, over all rows."""
+        return float(np.sqrt(np.mean(self.sigma**2)))
+
+    @property
     def effective(self) -> float:
         """Effective number of readings."""
         return self.count / self.tau

@@ -48,6 +48,8 @@ class Explanation:
     chi2: float
     penalised: float
     log_evidence: float
+    charged: float
+    """Chi-square that is no evidence for the set (`RegressionPlant.charged`)."""
     shapes: tuple[FloatArray, ...]
     taken: IntArray
     names: tuple[str, ...]
@@ -107,7 +109,7 @@ class Laplace:
         self._tolerated = tolerated(plant)
         self._known: dict[frozenset[str], Explanation] = {}
         self._blocks: dict[str, tuple[Columns, Block]] = alike._blocks if alike else {}
-        self._products = alike._products if alike else Products()
+        self._products: Products = alike._products if alike else Products()
         self._targets: dict[int, Target] = {}
 
     @property
@@ -344,41 +346,39 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
-        if len(keys) > 1 and self.plant.is_messy(keys):
-            volume += self._charged(theta, known, blocks)
+        messy = self.plant.is_messy(keys)
+        charged = self._charged(target, blocks, taken, known) if messy else 0.0
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
             parts=tuple((c.values, linear[key]) for key, c in columns.items() if len(c.spread)),
             observed=self.plant.observed, chi2=cost - float(theta @ theta), penalised=penalised,
-            log_evidence=odds - 0.5 * (penalised + occam + volume), shapes=tuple(shapes),
-            taken=taken, names=tuple(names),
+            log_evidence=odds - 0.5 * (penalised + occam + volume + charged), charged=charged,
+            shapes=tuple(shapes), taken=taken, names=tuple(names),
             spreads=np.concatenate([spreads, [size.spread for _, size in moved]]),
             target=target.white, theta=theta,
             products=lambda: gram if moved else self._gram(blocks, taken),
         )  # fmt: skip
 
-    def _charged(self, theta: FloatArray, known: FloatArray, blocks: Sequence[Block]) -> float:
-        """Chi-square that is no evidence for a set, by what each regressor adds to it (Wald), and
-        what each by itself does where nothing without a name takes part of that.
+    def _charged(
+        self, target: Target, blocks: list[Block], taken: IntArray, known: FloatArray
+    ) -> float:
+        """Chi-square that is no evidence for a set, by what each regressor adds to those that do
+        more. known: inverse covariance (p, p) of its sizes.
         """
+        share = target.share(blocks)
+        share[taken] = 0.0
         ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
         parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
-        covariance, first = np.linalg.inv(known), int(ends[-1])
-        named = np.ones(first, dtype=bool)
-        for key, part in parts.items():
-            named[part] = not key or not self.by_key[key].unknown
-        alone = theta[:first].copy()
-        if not named.all():
-            along = known[:first, :first] @ alone
-            alone[named] = np.linalg.solve(
-                known[:first, :first][np.ix_(named, named)], along[named]
-            )
-        gains: dict[str, tuple[float, float]] = {}
-        for key, part in parts.items():
-            gram, size = known[part, part], alone[part]
-            gain = theta[part] @ np.linalg.solve(covariance[part, part], theta[part])
-            gains[key] = float(gain), float(size @ (gram @ size - size))
+        gains: dict[str, float] = {}
+        within, left = np.zeros(len(share), dtype=bool), target.power
+        for key in sorted(parts, key=self.plant.power, reverse=True):
+            within[parts[key]] = True
+            gram, along = known[np.ix_(within, within)], share[within]
+            free = within[parts[""]].all()
+            size = self._within_tolerance(gram, along) if free else np.linalg.solve(gram, along)
+            rest = target.power - float(size @ (2.0 * along - gram @ size))
+            gains[key], left = left - rest, rest
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
@@ -399,7 +399,7 @@ class Laplace:
         self, keys: frozenset[str], point: Point, linear: dict[str, FloatArray]
     ) -> frozenset[str]:
         """Those of a set that are larger than on any machine as built."""
-        found = set()
+        found, built_so = set(), set()
         for key in keys:
             regressor = self.by_key[key]
             if not regressor.as_built:
@@ -409,7 +409,9 @@ class Laplace:
             size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
             if size > regressor.as_built:
                 found.add(key)
-        return frozenset(found)
+            if size <= regressor.built_so:
+                built_so.add(key)
+        return frozenset(found - built_so or found)
 
     @staticmethod
     def _within(point: Point, known: FloatArray, moved: list[tuple[str, Size]]) -> float:

@@ -9,6 +9,17 @@ from dataclasses import dataclass
 class EvidenceOptions:
     """For the saturated fit, what it takes from the noise, and the effective sample size."""
 
+    # Autoregression.
+    ar_order: int = 2
+    """Its order: enough for a filter or a mean of neighbours. More is hardly distinct from a model
+    error."""
+    huber: float = 2.5
+    """Standard deviations from which on a reading counts less: of normal noise one in eighty."""
+    longest_hole: int = 5
+    """Samples missing in a row over which the autoregression continues."""
+    warm_up: int = 200
+    """Samples after which a draw has forgotten how it began."""
+
     # The noise of a machine whose effects are fitted together.
     noise_rounds: int = 2
     """The first is whitened by a noise that still has the whole model error in it."""

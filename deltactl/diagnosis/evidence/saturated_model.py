@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.noise import (
+from deltactl.diagnosis.evidence.autoregression import (
     AR_ORDER,
     ChannelNoise,
     Whitener,
     channels_of,
     stationary,
 )
-from deltactl.diagnosis.estimation.side_by_side import side_by_side
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 
@@ -106,7 +104,7 @@ def _before_the_fit(fit: SaturatedFit, left: Whitener, noise: Whitener) -> _Befo
         return [replace(one, rows=one.rows[:0]) for one in found]
 
     each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(remains, 2, 0)]
-    sizes = side_by_side([partial(sized, residual) for residual in each])
+    sizes = [sized(residual) for residual in each]
     before, after = sizes[:draws], sizes[draws:]
     channels, larger, errors = [], [], []
     for number, own in enumerate(left.channels):

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.noise import ChannelNoise, Whitener, history
+from deltactl.diagnosis.evidence.autoregression import ChannelNoise, Whitener, history
 from deltactl.diagnosis.experiment.ties import Explanation, Key, Tie
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.plants.candidate import Term
 from deltactl.diagnosis.plants.next_run import CandidateRun
-from deltactl.diagnosis.plants.traits import Traits, traits_of
+from deltactl.models.effects import CARDS
+from deltactl.models.effects.kind import MOTORS
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,7 @@ class Run:
         holds together all along with it.
         """
         if explanation not in self._known:
-            predicted = self.model.predict(_lasting(explanation.terms))
+            predicted = self.model.predict(_lasting(explanation.everything))
             whole = self.candidate.holds_together(predicted)
             self._known[explanation] = self._whiten(predicted), whole
         return self._known[explanation]
@@ -120,7 +121,7 @@ def expected(
     own = {t.candidate.key for t in alternative.terms} - {t.candidate.key for t in truth.terms}
     target, weight = run.of(truth)[0], float(np.sqrt(repeats))
     at = best_at = alternative.at
-    terms, here = alternative.terms, run.of(alternative)[0]
+    terms, here = alternative.everything, run.of(alternative)[0]
     left = weight * (target - here)
     best = float(left @ left)
     for _ in range(steps):
@@ -153,25 +154,25 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
     """
     if not (run.of(tie.first)[1] and run.of(tie.second)[1]):
         return 0.0, 0.0
-    traits = traits_of(run.model)
     return (
         0.0
-        if contains(tie.only_second, tie.only_first, traits)
+        if contains(tie.only_second, tie.only_first)
         else expected(run, tie.first, tie.second, repeats, steps),
         0.0
-        if contains(tie.only_first, tie.only_second, traits)
+        if contains(tie.only_first, tie.only_second)
         else expected(run, tie.second, tie.first, repeats, steps),
     )
 
 
-def contains(alternative: Sequence[Term], truth: Sequence[Term], traits: Traits) -> bool:
-    """Whether an alternative can be the truth exactly, on every motion, on a machine of these
-    traits."""
+def contains(alternative: Sequence[Term], truth: Sequence[Term]) -> bool:
+    """Whether an alternative can be the truth exactly, on every motion, by the effects' cards."""
     effects = [t.candidate.effect for t in alternative for _ in t.candidate.members or (0,)]
-    able = {
-        (traits.exactly.get(t.candidate.effect, ""), t.candidate.component) for t in alternative
-    }
-    for effect, (count, other, component) in traits.exactly_together.items():
-        if effects.count(effect) == count:
-            able.add((other, component))
+    able = set()
+    for term in alternative:
+        name = term.candidate.effect
+        for one in CARDS[name].confusions:
+            if one.exactly:
+                able.add((one.other, term.candidate.component))
+            if one.exactly_together_at and effects.count(name) == len(MOTORS):
+                able.add((one.other, one.exactly_together_at))
     return all((t.candidate.effect, t.candidate.component) in able for t in truth)

@@ -19,23 +19,29 @@ Sides = tuple[list[str], list[str]]
 class Explanation:
     """A fitted set of terms; what the recording says of their coordinates is `root`.
 
-    root: (p, p): |root (x - at)|^2 is what the recording's chi-square grows by away from `at`; all
-    that is always fitted is fitted along.
+    always: nuisances beside them, whose coordinates come first. root: (p, p): |root (x - at)|^2 is
+    what the recording's chi-square grows by away from `at`, with tolerances fitted along.
     """
 
     terms: tuple[Term, ...]
+    always: tuple[Term, ...]
     root: FloatArray
     cost: float
+
+    @property
+    def everything(self) -> tuple[Term, ...]:
+        """Nuisances, then terms: the order of the coordinates."""
+        return (*self.always, *self.terms)
 
     @cached_property
     def at(self) -> FloatArray:
         """The moved coordinates, (p,)."""
-        return np.array([t.at[i] for t in self.terms for i in t.candidate.moved])
+        return np.array([t.at[i] for t in self.everything for i in t.candidate.moved])
 
     def moved_to(self, at: FloatArray) -> tuple[Term, ...]:
         """Everything at other coordinates (p,), within bounds."""
         moved, first = [], 0
-        for term in self.terms:
+        for term in self.everything:
             numbers = term.candidate.moved
             there = term.at.copy()
             there[numbers] = at[first : first + len(numbers)]

@@ -15,7 +15,7 @@ from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
 from deltactl.diagnosis.experiment.next_motion import next_motion
-from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.experiment.propose import Proposal, next_run
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
@@ -23,7 +23,6 @@ from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.plants.delta.tied_sets import next_run
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
 from deltactl.diagnosis.progress import Progress
@@ -39,16 +38,14 @@ def diagnosed(
     admission: Admission,
     progress: Progress = lambda _: None,
     limits: MotionLimits | None = None,
-    thorough: bool = False,
 ) -> Diagnosis:
     """The answer, by the kind of machine. Raises RefusedRecording for what was not admitted.
 
-    limits: for the run that is proposed. thorough: go on beyond the limit of work.
+    limits: for the run that is proposed.
     """
     machine = admission.passed()
     if isinstance(machine, Delta):
-        drive = machine.model.robot.drive
-        return _delta(machine, drive.rad_per_step if drive else 0.0, progress, limits, thorough)
+        return _delta(machine, progress, limits)
     if isinstance(machine, Lone):
         if isinstance(machine.plant, ServoDelta):
             return _joints(machine, progress)
@@ -57,19 +54,13 @@ def diagnosed(
         if isinstance(machine.plant, PosePlant):
             return _posed(machine, progress)
         return _axis(admission, machine, progress)
-    outside = _delta(machine.outside, 0.0, progress, limits, thorough)
+    outside = _delta(machine.outside, progress, limits)
     if not isinstance(machine.torques, Lone):
         return _alone(outside, machine.torques.says)
     return joined(_joints(machine.torques, progress), in_words(outside))
 
 
-def _delta(
-    machine: Delta,
-    rad_per_step: float,
-    progress: Progress,
-    limits: MotionLimits | None,
-    thorough: bool,
-) -> Diagnosis:
+def _delta(machine: Delta, progress: Progress, limits: MotionLimits | None) -> Diagnosis:
     plant = DeltaPlant(Recorded(machine.model))
     others = [DeltaPlant(Recorded(one)) for one in machine.held_out]
 
@@ -78,13 +69,7 @@ def _delta(
         assert isinstance(near, DeltaPlant)
         return next_run(near, selected.posterior.explanations, limits)
 
-    answer = diagnose_plant(plant, others, progress, runs=runs)
-    names = machine.model.readings.names
-
-    def apart(column: FloatArray) -> FloatArray:
-        return column.reshape(len(names), -1).T
-
-    return _apart(answer, apart, machine.model.readings.t_s, names=names)
+    return diagnose_plant(plant, others, progress, runs=runs)
 
 
 def _answered(

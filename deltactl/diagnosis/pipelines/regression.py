@@ -5,28 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.special import expit
 
-from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell
+from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell, assembled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Agreement,
     Diagnosis,
+    Evidence,
     Finding,
+    Fit,
+    ParameterResult,
     Picture,
-    PriorSensitivity,
+    Where,
 )
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
+from deltactl.diagnosis.assessment.persistence import persistence
 from deltactl.diagnosis.assessment.regression_holdout import (
     Blocks,
     beyond_noise,
     on_blocks,
-    scaled_covariance,
 )
 from deltactl.diagnosis.assessment.significance import (
     as_found,
@@ -36,6 +38,7 @@ from deltactl.diagnosis.assessment.significance import (
     prior_sensitivity,
 )
 from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.observations.stale_readings import Stale
 from deltactl.diagnosis.pipelines.agreement import agreement, widened
 from deltactl.diagnosis.pipelines.regression_figures import (
     fit_of,
@@ -43,15 +46,13 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     picture_of,
     rest_of,
 )
-from deltactl.diagnosis.pipelines.regression_findings import findings, sizes
-from deltactl.diagnosis.pipelines.repeated_readings import repeated
-from deltactl.diagnosis.pipelines.way import Figures, Limits, answered
+from deltactl.diagnosis.pipelines.regression_findings import covariance_as_left, findings, sizes
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
 from deltactl.diagnosis.selection.near_points import select_near
-from deltactl.models.effects import Trait, has
+from deltactl.models.effects import Search, Trait, found_by, has
 
 NextRun = Callable[[Selected], Proposal]
 
@@ -63,7 +64,7 @@ def diagnose_plant(
     singles: Sequence[RegressionPlant] = (),
     runs: NextRun = lambda _: Proposal(None),
 ) -> Diagnosis:
-    """Noise, selection and alarm; then the answer as on every way (`way.answered`).
+    """Noise, selection and alarm; then the answer, put together in one place.
 
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
     singles: each of several recordings by itself, to say whether they agree. runs: designs the
@@ -80,13 +81,13 @@ def diagnose_plant(
         nothing = Posterior([searched.empty], [1.0])
         selected, blocks = _widened(replace(searched, posterior=nothing, shift={}))
     compared = agreement(selected, singles)
-    settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared, runs)
-    return answered(settled, progress)
+    settled = Settled(plant, searched, selected, blocks, first_p, others, compared, runs)
+    return settled.answer(progress)
 
 
 @dataclass(frozen=True, eq=False)
-class SummedColumns:
-    """An explanation that is a sum of columns, see `Settled`."""
+class Settled:
+    """The accepted explanation of a recording, and all that an answer says of it."""
 
     plant: RegressionPlant
     searched: Selected
@@ -99,61 +100,115 @@ class SummedColumns:
     """Sizes in each of several recordings."""
     runs: NextRun
 
-    def figures(self) -> Figures:
-        """See Settled."""
-        rest = self._rest
-        found = findings(self.selected, self.plant.readings)
-        found += self._repeated
-        fit = fit_of(self.selected, self.others, rest, self.blocks)
-        if self.plant.left_by_known and not seen(rest.p):
+    def answer(self, progress: Progress) -> Diagnosis:
+        """Figures, limits, the next run and probabilities, of this explanation and of no other."""
+        found, plant, best = self._findings, self.plant, self.selected.best
+        fit, smallest = self._fit, detection_limits(self.selected)
+        progress("what run would tell more")
+        proposal = self.runs(self.selected)
+        picture = picture_of(self.selected, plant)
+        named = [one for one in found if one.effect != NAMELESS]  # an unknown has no prior size
+        return assembled(
+            found,
+            _with_persistence(fit, picture),
+            self._chance,
+            self._rest,
+            probability_nothing_missing=self._nothing_missing(found),
+            prior_sensitivity=as_found(prior_sensitivity(self.searched), named),
+            next_experiment=proposal.experiment,
+            open_ties=proposal.open,
+            not_testable=plant.not_testable(),
+            smallest_detectable=smallest,
+            picture=picture,
+            agreement=self.compared,
+            **plant.remarks(best, covariance_as_left(self.selected)),
+        )
+
+    @cached_property
+    def _findings(self) -> list[Finding]:
+        found = findings(self.selected, self.plant.readings) + self._repeated
+        found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
+        return widened(found, self.compared)
+
+    @property
+    def _fit(self) -> Fit:
+        fit = fit_of(self.selected, self.others, self._rest, self.blocks)
+        if self.plant.left_by_known and not seen(self._rest.p):
             excused = bool(self.searched.best.found and not self.selected.best.found)
             fit = allowing(fit, left_by_known(self.selected, fit, excused))
-        found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
-        return Figures(widened(found, self.compared), fit, rest)
+        return fit
 
     @cached_property
     def _repeated(self) -> list[Finding]:
         """Old values that a sensor repeated."""
-        return repeated(self.plant, self.selected)
+        return _repeated(self.plant, self.selected)
 
     @cached_property
     def _rest(self) -> Rest:
         return rest_of(self.selected)
 
-    def chance(self, found: Sequence[Finding]) -> float:
-        """See Settled."""
+    @property
+    def _chance(self) -> float:
+        """Calibrated p of 'nothing is missing', before any finding."""
         stale = min((one.evidence.p for one in self._repeated), default=1.0)
         by_fit = self.first_p if self.selected.best.found else min(self.first_p, self._rest.p)
         return min(by_fit, stale)
 
-    def nothing_missing(self, found: Sequence[Finding]) -> float:
-        """See Settled."""
+    def _nothing_missing(self, found: Sequence[Finding]) -> float:
+        """Posterior probability that nothing is missing."""
         nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
         nothing *= 1.0 - max((one.probability or 0.0 for one in self._repeated), default=0.0)
         return nothing if found else calibrated(nothing, self._rest.p)
 
-    def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
-        """See Settled. An unknown effect has no prior size."""
-        named = [one for one in found if one.effect != NAMELESS]
-        return as_found(prior_sensitivity(self.searched), named)
 
-    def limits(self) -> Limits:
-        """See Settled."""
-        return Limits(self.plant.not_testable(), detection_limits(self.selected))
+def _with_persistence(fit: Fit, picture: Picture) -> Fit:
+    """The figures with how long what is left goes on."""
+    found = persistence(picture)
+    if found is None:
+        return fit
+    return fit.model_copy(update={f"left_{name}": value for name, value in found._asdict().items()})
 
-    def next_run(self) -> Proposal:
-        """See Settled."""
-        return self.runs(self.selected)
 
-    def picture(self) -> Picture:
-        """See Settled."""
-        return picture_of(self.selected, self.plant)
+def _repeated(plant: RegressionPlant, selected: Selected) -> list[Finding]:
+    """Findings of old values that a sensor repeated, one for each stretch."""
+    return [_of_old_values(plant, selected, run) for run in plant.stale]
 
-    def remarks(self) -> dict[str, Any]:
-        """Whether several recordings agree, and what the plant has to say."""
-        best = self.selected.best
-        own = self.plant.remarks(best, scaled_covariance(best))
-        return {"agreement": self.compared, **own}
+
+def _of_old_values(plant: RegressionPlant, selected: Selected, run: Stale) -> Finding:
+    readings = plant.readings
+    column, count = readings.names.index(run.channel), len(readings.t_s)
+    begin, end = float(readings.t_s[run.first]), float(readings.t_s[run.last])
+    rows = slice(column * count + run.first + 1, column * count + run.last + 1)
+    miss, noise = selected.best.residual[rows], selected.noise
+    own = noise.sigma[noise.rows // count == column]
+    # Rounding makes it look one or two longer, nothing makes it look shorter.
+    half, seconds = readings.period_s, end - begin + readings.period_s
+    own_begin, own_end = (readings.own_time_s(t_s) for t_s in (begin, end))
+    own_end += 0.5 * half
+    own_begin -= 0.5 * half
+    times = [[own_begin - half, own_begin + half], [own_end - half, own_end + half]]
+    return Finding(
+        effect=found_by(Search.REPEATS).name,
+        component=run.channel,
+        says="",
+        parameters={
+            "times_s": ParameterResult(value=[own_begin, own_end], ci95=times, unit="s"),
+            "duration": ParameterResult(
+                value=seconds, ci95=[seconds - 2.5 * half, seconds + half], unit="s"
+            ),
+        },
+        where=Where(
+            axes=[run.channel],
+            times_s=[(own_begin, own_end)],
+            recordings=[readings.recording_of(begin)],
+        ),
+        evidence=Evidence(
+            delta_chi2=float(np.nansum(miss**2)) / float(np.median(own)) ** 2,
+            p=float(np.exp(run.log_p)),
+        ),
+        probability=1.0 - float(np.exp(run.log_p)),
+        share_of_mismatch=0.0 if selected.best.found else 1.0,
+    )
 
 
 def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:

@@ -13,10 +13,11 @@ from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.answer.verdict import Rest, seen
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.persistence import at_rest
-from deltactl.diagnosis.assessment.regression_holdout import Blocks, on_other_runs
+from deltactl.diagnosis.assessment.regression_holdout import Blocks, as_file_says, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spike_weights
 from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.plants.regression import RegressionPlant
@@ -26,17 +27,21 @@ from deltactl.diagnosis.selection.options import SELECTION
 
 def rest_of(selected: Selected) -> Rest:
     """What the tests say of the residual: what it may follow, and its size."""
-    by_size, by_shape = beyond_noise(selected), _by_shape(selected)
+    by_size = beyond_noise(selected)
+    charged = charge(selected.plant, selected.noise, selected.best)
+    by_shape = selected.plant.rest(selected.best, charged) or _by_shape(selected)
     if by_size.p >= by_shape.p:
         return by_shape
-    return replace(by_size, depends_on=by_shape.depends_on if seen(by_shape.p) else ())
+    if not seen(by_shape.p):
+        return by_size
+    return replace(by_size, depends_on=by_shape.depends_on, component=by_shape.component)
 
 
 def beyond_noise(selected: Selected) -> Rest:
     """Whether more is left than the largest noise that the spectra of what was read allow.
 
     Single readings far off their neighbours are noise, and so is what effects of the robot file may
-    leave, and what happens between samples.
+    leave, what happens between samples, and what few tables have digits for.
     """
     plant, rows, left = selected.plant, selected.noise.rows, selected.best.residual
     steady = left.copy()
@@ -45,7 +50,8 @@ def beyond_noise(selected: Selected) -> Rest:
     if bounds is None:
         return Rest(1.0)
     between = 0.0 if plant.unsampled is None else selected.noise.rms(plant.unsampled[rows])
-    left_out = _left_by_file(selected) + between**2
+    digits = EVIDENCE.digits * selected.noise.rms((plant.observed + plant.drawn_on)[rows])
+    left_out = _left_by_file(selected) + between**2 + digits**2
     size = math.sqrt(max(selected.noise.rms(steady[rows]) ** 2 - left_out, 0.0))
     p = bounds.chance(size)
     share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0
@@ -76,14 +82,14 @@ def fit_of(
 ) -> Fit:
     """Figures of the fit; what neither a test nor its size tells from noise is the noise floor."""
     after_m = rms_left(selected.best, selected.noise)
-    free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
+    free_m = selected.left_over.noise.size
     before, after = blocks.before, blocks.after
     if others:
         before, after = on_other_runs(selected, others)
     floor_m = min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected)
     within_m = _within(selected)
     return Fit(
-        rms_before_m=rms_left(selected.empty, selected.noise),
+        rms_before_m=rms_left(as_file_says(selected.plant, selected.empty), selected.noise),
         rms_after_m=after_m,
         noise_floor_m=floor_m,
         holdout_rms_before_m=before,
@@ -110,14 +116,14 @@ def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
 def _left_by_file(selected: Selected) -> float:
     """Mean square of what effects of the robot file may leave."""
     rows = selected.noise.rows
-    parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
-    return float(sum(parts))
+    rms, known = selected.noise.rms, selected.plant.left_by_known
+    return sum(share * rms(alone[rows]) ** 2 for share, alone in known)
 
 
 def _done_by_known(selected: Selected) -> float:
     """How large what effects of the file do is, root mean square over the rows that count."""
     done = selected.plant.done_by_known
-    return 0.0 if done is None else float(np.sqrt(np.mean(done[selected.noise.rows] ** 2)))
+    return 0.0 if done is None else selected.noise.rms(done[selected.noise.rows])
 
 
 def _at_rest(selected: Selected) -> AtRest | None:
@@ -202,15 +208,16 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
         name=plant.channel,
         unit=plant.unit,
         observed=np.where(counted > 0.0, plant.observed + on, np.nan),
-        before=selected.empty.predicted + on,
+        before=as_file_says(plant, selected.empty).predicted + on,
         after=selected.best.predicted + on,
         noise=float(np.median(selected.left_over.noise.sigma)),
         counted=counted,
     )
-    return Picture(
+    whole = Picture(
         t_s=plant.t_s,
         channels=[channel],
         covariates=dict(plant.covariates),
         shift_s=plant.readings.shift_s,
         rests=plant.stays >= 0 if _follows_a_command(plant) else None,
     )
+    return plant.drawn(whole)

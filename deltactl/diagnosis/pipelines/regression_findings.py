@@ -16,14 +16,20 @@ from deltactl.diagnosis.answer.records import (
     Table,
     Where,
 )
+from deltactl.diagnosis.answer.verdict import rather_unknown
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
-from deltactl.diagnosis.assessment.regression_holdout import over_what_it_follows, scaled_covariance
+from deltactl.diagnosis.assessment.regression_holdout import (
+    as_file_says,
+    over_what_it_follows,
+    scaled_covariance,
+)
 from deltactl.diagnosis.assessment.significance import chance
+from deltactl.diagnosis.evidence.effective_size import spare
 from deltactl.diagnosis.evidence.laplace import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
-from deltactl.diagnosis.pipelines.options import REGRESSION, UNKNOWN
+from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.pipelines.regression_figures import rms_left
-from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.options import SPLINE_TERMS, UNKNOWN
 from deltactl.diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
 from deltactl.diagnosis.selection.options import CREDIBLE, SELECTION
@@ -34,9 +40,13 @@ TABLED = {("position",), ("distance",)}
 
 def findings(selected: Selected, readings: Readings) -> list[Finding]:
     """All findings, the one that explains most first."""
-    plant, best = selected.plant, selected.best
-    by_key = {r.key: r for r in plant.regressors}
-    found = [_finding(selected, by_key[key], readings) for key in sorted(best.found)]
+    by_key = {r.key: r for r in selected.plant.regressors}
+    places: dict[tuple[str, str], list[Regressor]] = {}
+    for key in sorted(selected.best.found):
+        one = by_key[key]
+        at_place = one.unknown and not one.left_over
+        places.setdefault((one.component, "") if at_place else ("", key), []).append(one)
+    found = [_finding(selected, together, readings) for together in places.values()]
     return sorted(filter(_likely, found), key=_first)
 
 
@@ -46,22 +56,27 @@ def _likely(finding: Finding) -> bool:
     return sum(p or 0.0 for p in chances) >= SELECTION.likely
 
 
-def _first(finding: Finding) -> tuple[bool, float, float]:
-    """What has a name comes first, and of those what most of the model error hangs on."""
-    by_chi2 = finding.evidence.delta_chi2
-    return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
+def _first(finding: Finding) -> tuple[bool, bool, float, float]:
+    """What has a name comes first, and of those what most of the model error hangs on; last what
+    is more probably a part of something unknown.
+    """
+    by_chi2, share = finding.evidence.delta_chi2, finding.share_of_mismatch
+    return rather_unknown(finding), finding.effect == "unknown", -share, -by_chi2
 
 
-def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Finding:
-    best = selected.best
-    without = selected.evidence(best.keys - {regressor.key}, [best])
+def _finding(selected: Selected, together: Sequence[Regressor], readings: Readings) -> Finding:
+    """together: an effect, or all that has no name at one place."""
+    best, regressor, keys = selected.best, together[0], [one.key for one in together]
+    without = selected.evidence(best.keys - set(keys), [best])
+    bare = as_file_says(selected.plant, without)
     gain = max(without.chi2 - best.chi2, 0.0)
     apart = [_apart(selected, regressor, t) for t in regressor.equivalents]
     log_odds = [t.log_odds - 0.5 * d for t, d in zip(regressor.equivalents, apart, strict=True)]
     odds = np.exp([0.0, *log_odds])
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
-    whole, sized = _own(selected, regressor.key), sizes(selected, regressor.key)
+    whole = sum((_own(selected, key) for key in keys), np.zeros(len(best.base)))
+    sized = sizes(selected, regressor.key)
     made, axes = whole[selected.noise.rows], selected.plant.shown_on(whole)
     alone_m, alone_ci95_m = _alone(selected, made, selected.plant.shown(regressor.key), sized)
     alternatives = [
@@ -79,7 +94,7 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
     if imitated is not None:
         alternatives.insert(0, imitated)
         probability *= CREDIBLE.beside_in_place
-    return Finding(
+    found = Finding(
         effect=regressor.effect,
         component=regressor.component,
         says="",
@@ -89,9 +104,9 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
         ),
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
-        share_of_mismatch=_share(selected, without),
+        share_of_mismatch=_share(selected, bare),
         own_share=_own_share(selected, made),
-        left_without_m=rms_left(without, selected.noise),
+        left_without_m=rms_left(bare, selected.noise),
         alone_m=alone_m,
         alone_ci95_m=alone_ci95_m,
         probability=float(probability * share[0]),
@@ -99,6 +114,7 @@ def _finding(selected: Selected, regressor: Regressor, readings: Readings) -> Fi
         depends_on=list(regressor.follows),
         table=_table(selected, regressor),
     )
+    return found.model_copy(update=selected.plant.described(found, keys, best, without))
 
 
 def _share(selected: Selected, without: Explanation) -> float:
@@ -107,7 +123,7 @@ def _share(selected: Selected, without: Explanation) -> float:
     Of the model error as it is read: under noise with a memory a constant counts for next to
     nothing.
     """
-    each = (selected.empty, selected.best, without)
+    each = (as_file_says(selected.plant, selected.empty), selected.best, without)
     before, after, left = (rms_left(one, selected.noise) ** 2 for one in each)
     return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
 
@@ -122,8 +138,8 @@ def _own(selected: Selected, key: str) -> FloatArray:
 
 def _own_share(selected: Selected, own: FloatArray) -> float:
     """Share of the model error's power that is its own."""
-    whole = rms_left(selected.empty, selected.noise)
-    return float(np.mean(own**2)) / max(whole**2, 1e-300)
+    whole = rms_left(as_file_says(selected.plant, selected.empty), selected.noise)
+    return (selected.noise.rms(own) / max(whole, 1e-150)) ** 2
 
 
 def _alone(
@@ -133,7 +149,8 @@ def _alone(
     sized: Mapping[str, ParameterResult],
 ) -> tuple[float, tuple[float, float] | None]:
     """The model error with one effect corrected alone, and its ends over the interval of a size."""
-    left, nothing = selected.empty.residual[selected.noise.rows], shown[0].nothing if shown else 0.0
+    empty = as_file_says(selected.plant, selected.empty)
+    left, nothing = empty.residual[selected.noise.rows], shown[0].nothing if shown else 0.0
     known = [np.array(one.components[0]) for one in sized.values()][:1]
     with np.errstate(all="ignore"):  # the smaller a stiffness is, the more it does
         moved = [one - nothing if math.isfinite(nothing) else 1.0 / one for one in known]
@@ -219,11 +236,13 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
     return [
         Alternative(
             effect=by_key[key].effect,
-            component=by_key[key].component,
+            component=component,
             delta_chi2=max(worse[key], 0.0),
+            together=bool(by_key[key].members),
             probability=weight,
         )
         for key, weight in sorted(weights.items(), key=lambda pair: -pair[1])
+        for component in by_key[key].members or (by_key[key].component,)
         if weight > REGRESSION.least_probability and by_key[key].effect not in named
     ]
 
@@ -264,8 +283,15 @@ def _covariance_of(selected: Selected, key: str) -> FloatArray:
     best = selected.best
     rows = [i for i, name in enumerate(best.names) if name.startswith(f"{key}.")]
     shift = np.array([selected.shift.get(best.names[i], 0.0) for i in rows])
-    found: FloatArray = scaled_covariance(best)[np.ix_(rows, rows)] + np.diag(shift**2)
+    found: FloatArray = covariance_as_left(selected)[np.ix_(rows, rows)] + np.diag(shift**2)
     return found
+
+
+def covariance_as_left(selected: Selected) -> FloatArray:
+    """Covariance (p, p) of all sizes under the noise, or what is left where that is more."""
+    best = selected.best
+    left = max(spare(selected.noise.effective, best.tangent.shape[1]), 3.0)
+    return scaled_covariance(best) * max(best.chi2 / left, 1.0)
 
 
 def parameter(

@@ -1,5 +1,5 @@
-"""Kinds of machine on two contracts, so that the engine names no machine itself.
+"""Kinds of machine on one contract, `regression.RegressionPlant`; the engine names no machine.
 
-In: readings and a robot file. Out: a `Model` (`contract`; effects are fitted together: `delta`) or
-a `RegressionPlant` (`regression`; the model error is a sum of known columns: `lone`).
+In: readings and a robot file. Out: a plant whose model error is a sum of known columns, everywhere
+(`lone`, `chain`) or near a set of effects at sizes (`delta`).
 """

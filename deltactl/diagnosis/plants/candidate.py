@@ -40,6 +40,11 @@ class Candidate:
         return (self.effect, self.component, *self.depends_on)
 
     @property
+    def in_group(self) -> set[tuple[str, str]]:
+        """Effects and components that a group is made of; none of a single one."""
+        return {(self.effect, member) for member in self.members}
+
+    @property
     def moved(self) -> list[int]:
         """Numbers of the coordinates the fit moves."""
         return [i for i, c in enumerate(self.coordinates) if c.how != "frozen"]

@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.contract import Model
+from deltactl.diagnosis.plants.delta.model import DeltaModel
 
 
 class CandidateRun(Protocol):
     """One repeat of a motion that the machine may safely do."""
 
     @property
-    def model(self) -> Model:
+    def model(self) -> DeltaModel:
         """The machine in this motion, nothing read yet (all readings 0)."""
         ...
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Term
 
 
@@ -19,31 +21,34 @@ class Nuisance:
     spread: tuple[float, ...]
     measured: bool = False
     """An effect that the robot file has from an earlier diagnosis."""
+    held: bool = False
+    """Such an effect, or an error of building that this diagnosis needed beside it."""
     together: float | None = None
     """Standard deviation of the sum of the coordinates, where that is known better."""
 
+    @property
+    def precision(self) -> FloatArray:
+        """Inverse covariance (k, k) of the moved coordinates."""
+        own = np.diag(np.array(self.spread) ** -2.0)
+        return own if self.together is None else own + self.together**-2.0
 
-def given_back(
-    centres: Sequence[Nuisance], nuisances: tuple[Term, ...], terms: tuple[Term, ...]
-) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
-    """Nuisances, then terms: what a nuisance took of an effect that is a term goes to the term.
+    @property
+    def directions(self) -> FloatArray:
+        """Coordinates (k, k) whose priors do not depend on one another, each of its `spread`."""
+        if self.together is None:
+            return np.eye(len(self.spread))
+        root: FloatArray = np.linalg.cholesky(np.linalg.inv(self.precision))
+        directions: FloatArray = root / np.array(self.spread)
+        return directions
 
-    A delay between samples is interpolated, one of whole samples is not: the fit would not find
-    its way back from a nuisance that is full to a term that could take all of it.
-    """
-    known = {nuisance.term.candidate.key: nuisance.term.at for nuisance in centres}
-    fitted = {n.candidate.key: n.at for n in nuisances}
-    taken = {key: fitted[key] - at for key, at in known.items() if key in fitted}
-    shared = {
-        term.candidate.key
-        for term in terms
-        if len(taken.get(term.candidate.key, ())) == len(term.at)
-    }
-    kept = tuple(
-        n.moved_to(known[n.candidate.key]) if n.candidate.key in shared else n for n in nuisances
-    )
-    given = tuple(
-        term.moved_to(term.at + taken[term.candidate.key]) if term.candidate.key in shared else term
-        for term in terms
-    )
-    return kept, given
+    def at_sizes(self, sizes: FloatArray) -> Term:
+        """The term at sizes (k,) along `directions`, within its bounds."""
+        at = self.term.at.copy()
+        at[self.term.candidate.moved] += self.directions @ sizes
+        return self.term.moved_to(at)
+
+    def sizes(self, at: FloatArray) -> FloatArray:
+        """The other way round, of coordinates."""
+        away = (at - self.term.at)[self.term.candidate.moved]
+        found: FloatArray = np.linalg.solve(self.directions, away)
+        return found

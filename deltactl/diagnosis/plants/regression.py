@@ -15,8 +15,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from deltactl.diagnosis.answer.finding import IN_ALL, ParameterResult
+from deltactl.diagnosis.answer.finding import IN_ALL, Finding, ParameterResult
+from deltactl.diagnosis.answer.picture import Picture
 from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.answer.verdict import Rest
 from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import (
     Bound,
@@ -77,6 +79,8 @@ class Regressor:
     effect: str
     log_odds: float
     component: str = "axis"
+    members: tuple[str, ...] = ()
+    """Components at which it acts alike, where they are several."""
     sizes: tuple[Size, ...] = ()
     equivalents: tuple[Equivalent, ...] = ()
     beside: tuple[str, ...] = ()
@@ -94,6 +98,9 @@ class Regressor:
     """Linear sizes that no machine has below zero."""
     as_built: float = 0.0
     """Size up to which any machine is off, so that it is no finding."""
+    built_so: float = 0.0
+    """Size up to which it says how the machine was built beside what does not, and is no finding
+    there."""
     takes_over: str = ""
     """Name of the free column that is a tolerance of the same quantity."""
     measured_by: str = ""
@@ -214,6 +221,8 @@ class RegressionPlant:
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
     """For each effect that the robot file has from an earlier diagnosis, the share of its power
     that it may leave, and what it does (n,)."""
+    held: IntArray = np.zeros(0, dtype=np.intp)
+    """Free columns of what the file has from an earlier diagnosis: at nothing it is as there."""
     done_by_known: FloatArray | None = None
     """What all of them do (n,); None where the file has none."""
 
@@ -241,6 +250,11 @@ class RegressionPlant:
     def noises(self) -> IntArray:
         """(n,) small numbers: rows of one number share one noise; as `kinds`, or coarser."""
         return self.kinds
+
+    @cached_property
+    def counts(self) -> FloatArray:
+        """(n,) weight of a reading in figures of the model error: 0 where its unit is another."""
+        return np.ones(len(self.t_s))
 
     @property
     def stays(self) -> IntArray:
@@ -353,6 +367,10 @@ class RegressionPlant:
         """The same, built as its file says whatever is chosen; None where it is so already."""
         return None
 
+    def holds_at(self, best: Any) -> bool:
+        """Whether columns made here still hold at what an explanation adds without a name."""
+        return True
+
     def moved_to(self, best: Any) -> RegressionPlant:
         """The same with columns made at the sizes of an explanation, fitted to their end."""
         return self
@@ -370,6 +388,26 @@ class RegressionPlant:
     def spread(self, key: str, sizes: FloatArray, covariance: FloatArray) -> dict[str, list[float]]:
         """See `Finding.spread`, by all sizes of a regressor (k,)."""
         return {}
+
+    def described(
+        self, finding: Finding, keys: Sequence[str], best: Any, without: Any
+    ) -> dict[str, Any]:
+        """Fields of the finding of these regressors that their columns do not tell.
+
+        without: the explanation less all of them.
+        """
+        return {}
+
+    def drawn(self, picture: Picture) -> Picture:
+        """A picture with a channel for each that was laid end to end."""
+        return picture
+
+    def rest(self, best: Any, charged: float) -> Rest | None:
+        """What an explanation leaves, by shapes of no spline term; None where there are none.
+
+        charged: chi-square that effects of the file may leave.
+        """
+        return None
 
     def remarks(self, best: Any, covariance: FloatArray) -> dict[str, Any]:
         """Further fields of the answer, by the best explanation and the covariance of its sizes."""
@@ -396,7 +434,11 @@ class RegressionPlant:
         """Whether any of a set may leave some of the shapes of others, see `charged`."""
         return False
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+    def power(self, key: str) -> float:
+        """Chi-square of what a regressor does by itself; 0 of what has no size of its own."""
+        return 0.0
+
+    def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square of a set that is no evidence for it.
 
         gains: what each regressor adds to the fit, and how much it does by itself; '' for what is

@@ -62,13 +62,3 @@ def apart(terms: Sequence[Term], candidates: Sequence[Candidate]) -> tuple[Term,
             else:
                 result.append(Term(by_key[key], term.at.copy()))
     return tuple(result)
-
-
-def whole_groups(terms: Sequence[Term]) -> list[tuple[int, ...]]:
-    """Numbers of the terms that together are a whole group."""
-    found = []
-    for effect in _grouped():
-        own = [i for i, term in enumerate(terms) if term.candidate.effect == effect]
-        if own and len(own) == len(terms[own[0]].candidate.kind.components):
-            found.append(tuple(own))
-    return found

@@ -2,8 +2,7 @@
 
 What belongs to one effect is with the effect (`EffectKind`). Every other room whose numbers
 decide has such a table (`options.py` in `observations`, `admission`, `plants`, `plants.delta`,
-`plants.lone`, `estimation`, `evidence`, `selection`, `assessment`, `experiment`,
-`pipelines` and `answer`).
+`plants.lone`, `evidence`, `selection`, `assessment`, `experiment`, `pipelines` and `answer`).
 """
 
 from __future__ import annotations

@@ -332,7 +332,6 @@ def remarks(diagnosis: Diagnosis, ways: Ways, brief: bool = False) -> list[str]:
         if not any(is_about(one, finding) for finding in diagnosis.findings)
     ]
     return [
-        *([say("summary.ended_early", way=ways.thorough)] if diagnosis.ended_early else []),
         *(say("summary.left_out", why=why) for why in diagnosis.left_out),
         *(
             say("summary.thinned", hours=one.span_s / 3600, **one.model_dump())

@@ -70,8 +70,6 @@ class Ways:
     """The same with findings that are not certain."""
     job: str
     """What writes the job of the proposed run."""
-    thorough: str
-    """What compares the rest where the search ended early."""
     or_effort: str
     """How the effort would distinguish causes, after another way; empty where nothing reads one."""
     table: str

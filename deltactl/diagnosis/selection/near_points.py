@@ -93,11 +93,11 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
     first: what was chosen near the point, where that is known.
     """
     visited: dict[frozenset[str], RegressionPlant] = {}
-    for _ in range(SELECTION.points):
+    for _ in range(SELECTION.most_points):
         plant, evidence, found = first or _as_built(plant)
         first = None
         named = found.best.keys & plant.fitted
-        if named == plant.point:
+        if named == plant.point and plant.holds_at(found.best):
             return plant, evidence, found
         if named in visited:
             break
@@ -105,9 +105,9 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
         visited[named] = plant
     noise = plant.noise_over(list(visited.values()))
     tried = []
-    for keys, one in visited.items():
+    for one in visited.values():
         evidence = Laplace(one, noise)
-        unfitted = sorted({r.key for r in one.regressors} - one.fitted | keys)
+        unfitted = sorted({r.key for r in one.regressors} - one.fitted | one.point)
         tried.append((one, evidence, HillClimb(evidence, among=unfitted).run()))
     return max(tried, key=lambda each: each[2].best.log_evidence)
 

@@ -166,16 +166,14 @@ def diagnose_blind(
     wrong: a failure counts as a wrong answer.
     """
     from deltactl.diagnosis.api import diagnose
-    from deltactl.diagnosis.estimation.side_by_side import alone
 
     kept_back = folder / HOLDOUT
     try:
-        with alone():
-            answer = diagnose(
-                [folder / RECORDING, *(folder / name for name in also)],
-                robot=folder / ROBOT_FILE,
-                holdout=[kept_back] if kept_back.exists() else [],
-            )
+        answer = diagnose(
+            [folder / RECORDING, *(folder / name for name in also)],
+            robot=folder / ROBOT_FILE,
+            holdout=[kept_back] if kept_back.exists() else [],
+        )
     except DeltactlError as error:
         return None, str(error)
     except Exception as error:  # a crash of the engine is a result, not the end of the proof

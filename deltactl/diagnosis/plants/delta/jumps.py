@@ -2,27 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.candidate import Candidate
+from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.candidates import lost_steps
+from deltactl.diagnosis.plants.delta.model import MOTOR, DeltaModel
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS
 from deltactl.diagnosis.plants.delta.point import end_to_end
+from deltactl.models.effects import Port
+
+TIME = "time"
+LOSS_95 = 3.841
+"""95 % point of chi-square with one degree of freedom."""
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A jump at the time at which readings show it best, and between which ends they may."""
+
+    candidate: Candidate
+    time_s: float
+    interval_s: tuple[float, float]
 
 
 def jumps(
-    model: DeltaModel, noise: ChannelsNoise, left: FloatArray, free: FloatArray
-) -> dict[str, Candidate]:
+    model: DeltaModel, noise: ChannelsNoise, left: FloatArray, free: FloatArray, late_s: float = 0.0
+) -> dict[str, Jump]:
     """For each joint the jump at the moment at which it explains most of what is left (n c,).
 
-    free: whitened columns (m, p) that are fitted beside it, each in its prior spread.
+    free: whitened columns (m, p) that are fitted beside it, each in its prior spread. late_s: by
+    which readings show what happened later.
     """
-    drive = model.robot.drive
+    drive, inputs = model.robot.drive, model.inputs()
     t_s = model.readings.t_s
-    if drive is None or not model.traits.events:
+    if drive is None:
         return {}
     times = t_s[noise.rows % len(t_s)]
     order = np.argsort(times, kind="stable")[::-1]
@@ -34,8 +53,8 @@ def jumps(
     inside = (times > earliest_s) & (times < latest_s)
     inside[:-1] &= times[:-1] != times[1:]  # all readings of a moment together
     found = {}
-    for place, event in model.traits.events.items():
-        change = end_to_end(model.inputs()[place])
+    for place in (one for one in inputs if one.startswith(MOTOR)):
+        change = end_to_end(inputs[place])
         column = noise.whiten(-drive.rad_per_step * change)[order]
         along = np.cumsum(column * residual[order])[inside]
         power = np.cumsum(column**2)
@@ -44,6 +63,28 @@ def jumps(
         usable = own > DELTA_FITS.least_own * power[-1]
         gain = np.where(usable, along**2 / np.maximum(own, 1e-30), 0.0)
         if gain.any():
-            at_s = float(times[inside][int(np.argmax(gain))])
-            found[place] = event(at_s - 0.5 * model.readings.period_s)
+            within, period_s = times[inside], model.readings.period_s
+            near = within[usable & (gain > gain.max() - LOSS_95)]
+            at_s = float(within[int(np.argmax(gain))]) - 0.5 * period_s - late_s
+            # The first reading that shows a jump comes up to one period after it.
+            ends_s = float(near.min()) - period_s - late_s, float(near.max()) - late_s
+            found[place] = Jump(lost_steps(place, at_s), at_s, ends_s)
     return found
+
+
+def late_of(terms: Iterable[Term]) -> float:
+    """How late the readings are by terms at work [s]."""
+    late = (t for t in terms if t.candidate.kind.port is Port.CLOCK)
+    return sum(float(t.candidate.values(t.at)[TIME]) for t in late)
+
+
+def aligned(terms: Sequence[Term], late_s: float) -> list[Term]:
+    """The terms with each jump where readings show it, which were `late_s` late so far."""
+    later_s = late_of(terms) - late_s
+    return [_moved(t, later_s) if t.candidate.kind.event and later_s else t for t in terms]
+
+
+def _moved(term: Term, later_s: float) -> Term:
+    at = term.at.copy()
+    at[[c.parameter == TIME for c in term.candidate.coordinates]] -= later_s
+    return Term(term.candidate, at)

@@ -87,7 +87,7 @@ def beside(measured: Sequence[Nuisance], tolerances: Sequence[Nuisance]) -> list
     """Small errors that are fitted beside measured effects, which move them a little as well."""
     taken = {one.term.candidate.key for one in measured}
     return [
-        replace(one, spread=tuple(BESIDE_MEASURED * spread for spread in one.spread))
+        replace(one, spread=tuple(BESIDE_MEASURED * spread for spread in one.spread), held=True)
         for one in tolerances
         if one.term.candidate.key not in taken
     ]
@@ -110,7 +110,7 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     read = [_spread(one, entry.found.ci95.get(one.parameter), values) for one in moved]
     spread = np.hypot(read, np.sqrt(kind.discrepancy.elsewhere) * total)
     together = _together(entry.found, kind, moved, total)
-    return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, together)
+    return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, True, together)
 
 
 def _together(

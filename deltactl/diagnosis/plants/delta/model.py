@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from deltactl.diagnosis.plants.delta.candidates import (
     candidates_of,
     contact,
     late_readings,
-    lost_steps,
     runout,
     tolerances,
 )
@@ -24,10 +22,9 @@ from deltactl.diagnosis.plants.delta.measured_before import beside, changes, joi
 from deltactl.diagnosis.plants.delta.safe_poses import fragile
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.shared_parameters import groups_of
-from deltactl.diagnosis.plants.traits import Traits
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.chain.delta import Course, standing
-from deltactl.models.effects import CARDS, VOCABULARY, Port, Trait, has
+from deltactl.models.effects import VOCABULARY, Port, Trait, has
 from deltactl.models.effects.card import Coordinate
 from deltactl.models.linkage import forward, jacobian
 from deltactl.models.robot import AXES, DeltaRobot
@@ -98,10 +95,9 @@ class DeltaModel:
         # than the next sample.
         late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
         self.nuisances = [late, *self._measured] if self._timed else self._measured
-        self.candidates = changes(self._candidates(), self._measured)
-        self.groups = groups_of(self.candidates)
-        self.traits = delta_traits(self.inputs(), seen)
-        self.tolerances = tolerances(self.candidates)
+        single = changes(self._candidates(), self._measured)
+        self.candidates = [*single, *groups_of(single)]
+        self.tolerances = tolerances(single)
         if robot.drive is not None and robot.drive.gear_ratio > 1.0:
             self.tolerances += runout(robot.drive.gear_ratio)
         known = [entry.found for entry in robot.effects if entry.found is not None]
@@ -222,38 +218,27 @@ class DeltaModel:
 MOTOR, SENSOR = "motor", "range_"
 
 
-def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
-    """Traits of a delta with these input locations and channels."""
-    inputs = list(inputs)
-    motors = [location for location in inputs if location.startswith(MOTOR)]
-    confused = [(name, one) for name, card in CARDS.items() for one in card.confusions]
-    built = [name for name, card in CARDS.items() if card.build_spread]
-    return Traits(
-        events={location: partial(lost_steps, location) for location in motors},
-        repeating=tuple(name for name in channels if name.startswith(SENSOR)),
-        own_place={location: location.replace(MOTOR, "theta_") for location in inputs},
-        sensible=sensible,
-        units={**dict.fromkeys(inputs, "m"), **dict.fromkeys(motors, "rad")},
-        build_effects=frozenset(built),
-        exactly={name: one.other for name, one in confused if one.exactly},
-        exactly_together={
-            name: (len(motors), one.other, one.exactly_together_at)
-            for name, one in confused
-            if one.exactly_together_at
-        },
-    )
-
-
-def sensible(location: str, covariate: str, coarse: bool) -> bool:
-    """A joint's own motion, a sensor's all: what else is tried with few knots only, or never."""
+def sensible(location: str, covariate: str) -> bool:
+    """Whether a model error at an input location may follow a covariate: at a joint the angles and
+    its own motion, at a sensor the distances and its own speed.
+    """
     elsewhere = covariate[-1] != location[-1]
     if location.startswith(MOTOR):
         if covariate.startswith("speed_range") or "," in covariate:
             return False
-        neighbour = covariate.startswith("theta") and coarse
-        return neighbour or not (covariate[-1] in "123" and elsewhere)
+        return covariate.startswith("theta") or not (covariate[-1] in "123" and elsewhere)
     if location.startswith(SENSOR):
         if covariate.startswith("speed_range"):
-            return coarse and not elsewhere
-        return not covariate.startswith(("speed", "torque")) and (coarse or "," not in covariate)
+            return not elsewhere
+        return not covariate.startswith(("speed", "torque"))
     return True
+
+
+def unit_at(location: str) -> str:
+    """Unit of what enters at an input location."""
+    return "rad" if location.startswith(MOTOR) else "m"
+
+
+def own_place(location: str) -> str:
+    """Covariate of the place of what enters at an input location."""
+    return location.replace(MOTOR, "theta_")

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.estimation.noise import Whitener, estimate
-from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.autoregression import Whitener, estimate
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_square
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.saturated_model import given_back
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
@@ -20,6 +20,17 @@ class ChannelsNoise(TemperedNoise):
     """Whitening by what is new in a sample, and Huber's weights."""
 
     whitener: Whitener = field(default_factory=lambda: Whitener((), np.zeros(0)))
+    counts: FloatArray = field(default_factory=lambda: np.zeros(0))
+    """(m,) 1 where a reading is in the unit of the figures, else 0."""
+
+    def rms(self, left: FloatArray) -> float:
+        """Root mean square over the rows (m,) that are in the unit of the figures."""
+        return root_mean_square(left, self.counts)
+
+    @property
+    def size(self) -> float:
+        """Standard deviation of one reading, over such rows."""
+        return self.rms(self.sigma)
 
     def whiten(self, values: FloatArray) -> FloatArray:
         """What is new in rows that count, in standard deviations."""
@@ -29,13 +40,20 @@ class ChannelsNoise(TemperedNoise):
         return white * (weight if white.ndim == 1 else weight[:, None])
 
 
-def noise_of(whitener: Whitener, rows: int) -> ChannelsNoise:
-    """The noise by which a whitener works; rows: of one channel."""
+def in_figures(readings: Readings) -> FloatArray:
+    """1 for each channel (c,) that figures of the model error are of, those in metres; else 0."""
+    unit = "m" if "m" in readings.units else readings.units[0]
+    return np.array([float(one == unit) for one in readings.units])
+
+
+def noise_of(whitener: Whitener, readings: Readings) -> ChannelsNoise:
+    """The noise by which a whitener works."""
     spread = np.array([one.spread for one in whitener.channels])[whitener.channel]
     plain = Whitener(whitener.channels, np.ones_like(whitener.weight))
-    at = whitener.rows + rows * whitener.channel
+    at = whitener.rows + len(readings.t_s) * whitener.channel
     scale = whitener.weight / spread
-    return ChannelsNoise(at, scale, spread, 1.0, float(len(at)), None, plain)
+    counts = in_figures(readings)[whitener.channel]
+    return ChannelsNoise(at, scale, spread, 1.0, float(len(at)), None, plain, counts)
 
 
 class SaturatedFit:
@@ -73,7 +91,7 @@ def fast_noise(readings: Readings, valid: BoolArray, residual: FloatArray) -> Ch
     channels = side_by_side(residual, len(readings.names))
     fast = np.zeros_like(channels)
     fast[1:-1] = np.diff(channels, 2, axis=0) / np.sqrt(6.0)
-    return noise_of(estimate(readings, valid, fast), len(readings.t_s))
+    return noise_of(estimate(readings, valid, fast), readings)
 
 
 def saturated_noise(
@@ -93,4 +111,4 @@ def saturated_noise(
         left = channels - fit(channels)
         whitener = estimate(readings, valid, left)
     whitener, _ = given_back(fit, whitener)
-    return noise_of(whitener, len(readings.t_s))
+    return noise_of(whitener, readings)

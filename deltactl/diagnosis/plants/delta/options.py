@@ -116,11 +116,11 @@ class ProcessOptions:
     """Between which a process is a straight line: a few to the shortest length."""
     lengths: tuple[float, ...] = (1.0, 0.4, 0.15, 0.06)
     """Of the kernel, as shares of the covariate's range: from one bend to a dozen."""
-    sizes: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
+    ratios: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
     """Sizes that are tried, in standard deviations to which the best seen shape is known."""
     least_share: float = 1e-5
     """Share of the kernel's largest direction below which others count for nothing."""
-    least_seen: float = 1e-3
+    least_chi2: float = 1e-3
     """Chi-square of a usual size below which a direction of it is left out: nothing shows it."""
     least_move: float = 0.02
     """Share of a covariate's range by which it moves before the way it came is another."""
@@ -130,6 +130,24 @@ class ProcessOptions:
     """Log evidence that one must gain to be looked at among the others,"""
     most: int = 8
     """and how many are."""
+    past_s: tuple[float, ...] = (0.06, 0.3, 1.5)
+    """How long before a reading the past is looked at: three readings at 50 Hz, and five and 25
+    times that."""
+    least_past: float = 0.05
+    """What the past must explain of what the present does; less is a shape that is not quite right.
+    """
+    fewest_turns: float = 6.0
+    """Turns of a wave in a recording; slower ones are processes over time."""
+    fastest: float = 0.2
+    """Turns of a wave a sample, at most."""
+    finer: int = 4
+    """Frequencies looked at, for each that the length of the recording resolves."""
+    between: int = 9
+    """Frequencies tried around the strongest."""
+    most_transformed: int = 2**18
+    """Samples in which the frequency is looked for: an hour and a half at 50 Hz."""
+    tied: float = 5.5
+    """Log evidence within which two covariates count as tied: one in a thousand by chance."""
 
 
 PROCESSES = ProcessOptions()

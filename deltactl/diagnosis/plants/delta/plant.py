@@ -21,10 +21,11 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.answer_near_point import AnswerNearPoint
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed, BesidePoint
 from deltactl.diagnosis.plants.delta.fitted_to_end import fitted_to_end
-from deltactl.diagnosis.plants.delta.jumps import jumps
+from deltactl.diagnosis.plants.delta.jumps import jumps, late_of
 from deltactl.diagnosis.plants.delta.noise_of_channels import (
     ChannelsNoise,
     fast_noise,
+    in_figures,
     saturated_noise,
 )
 from deltactl.diagnosis.plants.delta.options import DELTA_FITS, PROCESSES
@@ -39,6 +40,7 @@ from deltactl.diagnosis.plants.delta.prior_odds import left_by, named_regressor,
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
+from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.models.effects.kind import EXACT
 
@@ -69,7 +71,8 @@ class DeltaPlant(AnswerNearPoint):
         self.recorded, self.careful, self._before = recorded, careful, before
         model = recorded.model
         self.readings, self.observed = model.readings, recorded.observed
-        self.channel, self.unit = self.readings.names[0], self.readings.units[0]
+        self.channel = self.readings.names[0]
+        self.unit = self.readings.units[int(np.argmax(in_figures(self.readings)))]
         self.count = len(self.readings.names)
         self.kinds = np.repeat(np.arange(self.count), len(self.readings.t_s))
         self.rows = np.flatnonzero(recorded.valid.T.ravel())
@@ -143,6 +146,11 @@ class DeltaPlant(AnswerNearPoint):
         return np.tile(self.readings.t_s, self.count)
 
     @cached_property
+    def counts(self) -> FloatArray:
+        """(n c,) 1 in the channels that figures are of."""
+        return np.repeat(in_figures(self.readings), len(self.readings.t_s))
+
+    @cached_property
     def groups(self) -> IntArray:
         """(n c,) stretches, each channel's its own."""
         own = np.cumsum(self.readings.fresh)
@@ -171,11 +179,17 @@ class DeltaPlant(AnswerNearPoint):
 
     @cached_property
     def candidates(self) -> dict[str, Candidate]:
-        """All of them, with a jump of each joint at its best moment, and those at work."""
-        found = jumps(self.recorded.model, self._first, self._left, self._white)
-        scanned = {key_of(one): one for one in found.values()}
+        """All of them, with a jump of each joint at its best moment, and those at work, which no
+        group has as well.
+        """
+        late_s = late_of(self.at_work.values())
+        found = jumps(self.recorded.model, self._first, self._left, self._white, late_s)
+        scanned = {key_of(one.candidate): one.candidate for one in found.values()}
         acting = {key: term.candidate for key, term in self.at_work.items()}
-        return {**self.recorded.candidates, **scanned, **acting}
+        single = {(one.effect, one.component) for one in acting.values()}
+        every = self.recorded.candidates
+        others = {key: one for key, one in every.items() if single.isdisjoint(one.in_group)}
+        return {**others, **scanned, **acting}
 
     @cached_property
     def near(self) -> dict[str, Near]:
@@ -196,21 +210,37 @@ class DeltaPlant(AnswerNearPoint):
     def _free(self) -> Columns:
         values, spread, names, first = self.recorded.free
         if self._before is not None and first:
-            own = [self.around.always_slopes(one) for one in self.around.always]
+            pairs = zip(self.around.always, self.recorded.model.nuisances, strict=True)
+            own = [self.around.always_slopes(one) @ known.directions for one, known in pairs]
             values = np.concatenate([*own, values[:, first:]], axis=1)
         share = np.where(np.arange(len(spread)) < first, 1.0, self.careful)
         return Columns(values, spread * share, tuple(names))
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
-        """With those of a set that are at work at the point, each as if linear from nothing."""
+        """With those of a set that are at work at the point, each as if linear from nothing, and
+        nuisances as if linear from where they usually are.
+        """
         acting = keys & frozenset(self.at_work)
         if acting not in self._bases:
             terms = [term for key, term in self.at_work.items() if key in acting]
-            base = self.around.with_terms(terms)
+            base = self.around.with_terms(terms) - self._beyond_usual
             for key in acting:
                 base = base - self.acting[key].slopes @ self.acting[key].away
             self._bases[acting] = base
         return self._bases[acting]
+
+    @cached_property
+    def _beyond_usual(self) -> FloatArray:
+        """What nuisances do at the point beyond where they usually are, (n c,)."""
+        whole = self._sizes_of_nuisances
+        change: FloatArray = self._free.values[:, : len(whole)] @ whole
+        return change
+
+    @cached_property
+    def _sizes_of_nuisances(self) -> FloatArray:
+        """(p,) at the point, from where they usually are."""
+        pairs = zip(self.recorded.model.nuisances, self.around.always, strict=True)
+        return np.concatenate([np.zeros(0), *(one.sizes(term.at) for one, term in pairs)])
 
     @cached_property
     def _bases(self) -> dict[frozenset[str], FloatArray]:
@@ -229,45 +259,83 @@ class DeltaPlant(AnswerNearPoint):
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
-        """Whether a size that cannot be below nothing is."""
-        return any(self.near[key].below_nothing(linear[key]) for key in keys if key in self.near)
+        """Whether a size that cannot be below nothing is, or one at work is none of a machine."""
+        named, acting = keys & self.near.keys(), keys & self.acting.keys()
+        return any(self.near[key].below_nothing(linear[key]) for key in named) or any(
+            self.acting[key].no_machine_has(linear[key]) for key in acting
+        )
 
-    def _left_by_names(self) -> float:
-        """Chi-square that what is at work at the point may leave of any shape."""
-        noise, total = self.own_noise, 0.0
+    def left_by_names(self) -> float:
+        """Chi-square that what is at work at the point, and what the file has from an earlier
+        diagnosis, may leave of any shape.
+        """
+        noise, known = self.own_noise, list(self._measured.values())
         for key, term in self.at_work.items():
-            share = left_by(self.candidates[key], None)
-            if share > EXACT:
+            if left_by(self.candidates[key], None) > EXACT:
                 others = [one for one in self.around.terms if one is not term]
                 own = noise.whiten(self.around.predicted - self.around.with_terms(others))
-                total += PENALTIES.spline_factor * share * float(own @ own)
-        return total
+                known.append((term.candidate, float(own @ own)))
+        return sum(PENALTIES.spline_factor * left_by(one, None) * power for one, power in known)
 
     def is_messy(self, keys: frozenset[str]) -> bool:
         """Whether any of a set may leave more than its geometry does."""
+        if self._measured:
+            return True
         named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
         return any(one.elsewhere > EXACT or one.leads_to for one in named)
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
-        """Chi-square that messy effects of a set may leave in the shapes of smaller ones.
+    @cached_property
+    def _measured(self) -> dict[str, tuple[Candidate, float]]:
+        """Effects that the file has from an earlier diagnosis, and the chi-square each explains."""
+        found = {}
+        for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
+            if nuisance.measured:
+                own = self.own_noise.whiten(self.around.without_always(term))
+                found[key_of(term.candidate)] = term.candidate, float(own @ own)
+        return found
 
-        gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is
-        messier than any operator with two numbers (`Discrepancy`).
+    def power(self, key: str) -> float:
+        """See `RegressionPlant`: of an effect at the point, or where it would fit best."""
+        if key not in self.near:
+            return 0.0
+        if key not in self._powers:
+            near = self.near[key]
+            own = near.slopes @ near.away if near.whole is None else near.whole
+            if key in self.at_work:
+                others = [one for one in self.around.terms if one is not near.term]
+                own = self.around.predicted - self.around.with_terms(others)
+            white = self.own_noise.whiten(own)
+            self._powers[key] = float(white @ white)
+        return self._powers[key]
+
+    @cached_property
+    def _powers(self) -> dict[str, float]:
+        return {}
+
+    def charged(self, gains: Mapping[str, float]) -> float:
+        """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
+        of the file in all but their own.
+
+        gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
+        any operator with two numbers (`Discrepancy`).
         """
         total = 0.0
-        for key, (gain, own) in gains.items():
-            left = sum(
-                self._left_by(other, key) * larger
-                for other, (_, larger) in gains.items()
-                if other in self.candidates and (larger > own or key in self.unknown)
-            )
+        for key, gain in gains.items():
+            own = self.power(key)
+            larger = [
+                (self.candidates[other], self.power(other))
+                for other in gains
+                if other in self.candidates and (self.power(other) > own or key in self.unknown)
+            ]
+            larger += [] if key in self._measured else self._measured.values()
+            left = sum(self._left_by(one, key) * power for one, power in larger)
             far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
             total += min(left, gain) * far
         return total
 
-    def _left_by(self, known: str, new: str) -> float:
-        """Share of what one regressor does that it may leave in the shape of another."""
-        share = left_by(self.candidates[known], self.candidates.get(new))
+    def _left_by(self, known: Candidate, new: str) -> float:
+        """Share of what an effect does that it may leave in the shape of a regressor."""
+        share = left_by(known, self.candidates.get(new))
         return PENALTIES.spline_factor * share if new in self.unknown else share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
@@ -323,7 +391,7 @@ class DeltaPlant(AnswerNearPoint):
             self._columns[key].values for key in sorted(explanation.keys & self.unknown.keys())
         ]
         white = noise.whiten(np.concatenate(parts, axis=1))
-        start = self.terms_of(explanation)
+        start = apart(self.terms_of(explanation), self.recorded.model.candidates)
         others = self._other_starts(start, white)
         always = self._nuisances(explanation)
         around = Around(self.recorded.model, (), always)
@@ -333,17 +401,23 @@ class DeltaPlant(AnswerNearPoint):
         there._only_careful = self._only_careful
         return there
 
+    def holds_at(self, best: Explanation) -> bool:
+        """Whether all is linear as far as nuisances were moved."""
+        always, whole = self._nuisances(best), self._sizes_of_nuisances
+        slopes = self._free.values[:, : len(whole)]
+        linear = self.around.predicted + slopes @ (best.linear[""][: len(whole)] - whole)
+        there = Around(self.recorded.model, self.around.terms, always).predicted
+        white = self.own_noise.whiten(there - linear)
+        return float(white @ white) < DELTA_FITS.little_beside
+
     def _nuisances(self, explanation: Explanation) -> list[Term]:
-        """Nuisances where they were fitted; what was measured before stays where it was."""
+        """Nuisances where they were fitted."""
         model, first = self.recorded.model, 0
         moved = []
-        for nuisance, term in zip(model.nuisances, self.around.always, strict=True):
-            own = term.candidate.moved
-            size = explanation.linear[""][first : first + len(own)]
-            first += len(own)
-            at = term.at.copy()
-            at[own] += size
-            moved.append(term if nuisance.measured else term.moved_to(at))
+        for nuisance in model.nuisances:
+            size = explanation.linear[""][first : first + len(nuisance.spread)]
+            first += len(nuisance.spread)
+            moved.append(nuisance.at_sizes(size))
         return moved
 
     def _other_starts(
@@ -367,7 +441,7 @@ class DeltaPlant(AnswerNearPoint):
         Those are most probable beside what is at work at the point.
         """
         every = self.recorded.processes.probable(self.own_noise, self._left, self._white)
-        least = PROCESSES.opened + 0.5 * self._left_by_names()
+        least = PROCESSES.opened + 0.5 * self.left_by_names()
         worth = [one for one in every if one.gain - one.paid > least]
         if not worth:
             return None

@@ -12,11 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
+from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.contract import Model
+from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
+from deltactl.models.effects import Trait, card_of, has
 from deltactl.models.effects.kind import EXACT
 
 
@@ -88,12 +91,32 @@ class Near:
             return False
         return float(np.sum(linear[prior.sizes])) <= 0.0
 
+    def no_machine_has(self, linear: FloatArray) -> bool:
+        """Whether the main size, by sizes (k,) of a linear fit at work, is at its bound, more than
+        such a thing has, or less than one step.
+        """
+        candidate, at = self.term.candidate, self.term.at.copy()
+        at[candidate.moved] += linear - self.away
+        kind = candidate.kind
+        main = np.abs(candidate.values(at)[kind.main.name])
+        if main.max() > kind.physical:
+            return True
+        if has(kind.name, Trait.WHOLE_STEPS):
+            return bool(main.max() < VERDICT.least_steps)
+        own = ((candidate.coordinates[i], at[i]) for i in candidate.moved)
+        return any(
+            (size <= one.low != kind.nothing) or size >= one.high
+            for one, size in own
+            if one.parameter == kind.main.name and one.how != "reciprocal"
+        )
+
     def discrepancy(self, sizes: FloatArray) -> FloatArray:
         """Covariance (k, k) of fitted sizes (k,) by what the operator is not: a bearing, a spring
-        or a stop is messier than any with two numbers.
+        or a stop is messier than any with two numbers, and the best machine is built to something.
         """
         kind, prior = self.term.candidate.kind, self.prior
-        variance = np.zeros(len(sizes))
+        built = PENALTIES.most_careful * (card_of(kind.name).build_spread or 0.0)
+        variance = np.full(len(sizes), built**2)
         if kind.discrepancy.elsewhere > EXACT:
             variance[prior.sizes] = kind.discrepancy.elsewhere * np.sum(sizes[prior.sizes] ** 2)
         moved = [self.term.candidate.coordinates[i].parameter for i in self.term.candidate.moved]
@@ -105,6 +128,20 @@ class Near:
         """Log density of a Cauchy prior at this size, against the Gaussian of its own width."""
         length = float(np.linalg.norm(self.away))
         return -float(np.log(max(length / self.prior.typical, 1.0)))
+
+    @property
+    def usual(self) -> float:
+        """Log density of the other numbers at the point, against that at what they usually are."""
+        candidate = self.term.candidate
+        known = {p.name: p for p in candidate.kind.parameters}
+        total = 0.0
+        for number in self.prior.others:
+            one = candidate.coordinates[candidate.moved[number]]
+            default = known[one.parameter].default
+            if one.how == "log" and default is not None and np.isfinite(default):
+                off = self.term.at[candidate.moved[number]] - np.log(default)
+                total -= 0.5 * float(off / self.prior.spread[number]) ** 2
+        return total
 
     def moved_by(self, linear: FloatArray, at_work: bool) -> Term:
         """The term with the sizes that a linear fit has found, (k,)."""
@@ -147,7 +184,9 @@ def is_straight(candidate: Candidate) -> bool:
 class Around:
     """Predictions around terms at work."""
 
-    def __init__(self, model: Model, terms: Sequence[Term], always: Sequence[Term] | None = None):
+    def __init__(
+        self, model: DeltaModel, terms: Sequence[Term], always: Sequence[Term] | None = None
+    ):
         """always: nuisances; where none are given, as they usually are."""
         self.model, self.terms = model, tuple(terms)
         usual = [nuisance.term for nuisance in model.nuisances]

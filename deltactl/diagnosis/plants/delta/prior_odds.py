@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from deltactl.diagnosis.plants.candidate import Candidate
+import numpy as np
+
+from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import Near, is_straight
 from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.regression import Regressor
-from deltactl.diagnosis.priors.penalties import penalty, penalty_of
+from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
+from deltactl.models.effects import card_of
 
 
 def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regressor:
@@ -20,12 +23,13 @@ def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regresso
     """
     candidate = near.term.candidate
     in_name_only = penalty_of(near.term) - penalty(candidate)
-    odds = near.heavy_tail - 0.5 * (odds_cost(candidate) + in_name_only)
+    odds = near.heavy_tail + near.usual - 0.5 * (odds_cost(candidate) + in_name_only)
     takes_over = key if key in tolerances else ""
+    built = (card_of(candidate.effect).build_spread or 0.0) if takes_over else 0.0
     places = None if is_straight(candidate) else float(len(candidate.shapes))
     return Regressor(
-        key, candidate.effect, odds, candidate.component,
-        alone=False, takes_over=takes_over, places=places,
+        key, candidate.effect, odds, candidate.component, candidate.members,
+        alone=False, built_so=PENALTIES.within * built, takes_over=takes_over, places=places,
     )  # fmt: skip
 
 
@@ -48,3 +52,28 @@ def unknown_regressor(one: Process) -> Regressor:
     return Regressor(
         one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False
     )
+
+
+def penalty(candidate: Candidate) -> float:
+    """What a candidate must earn."""
+    if candidate.kind.event:
+        return PENALTIES.event
+    together = PENALTIES.group if candidate.members else 0.0
+    return PENALTIES.coordinate * len(candidate.moved) + candidate.kind.penalty + together
+
+
+def penalty_of(term: Term) -> float:
+    """What a term must earn where the fit has brought it."""
+    return penalty(term.candidate) + (PENALTIES.in_name_only if _in_name_only(term) else 0.0)
+
+
+def _in_name_only(term: Term) -> bool:
+    """Outside the range in which it is itself; a wave of its whole travel, which is one bend."""
+    for coordinate, at in zip(term.candidate.coordinates, term.at, strict=True):
+        name = coordinate.parameter
+        if name == "period" and at > coordinate.high + np.log(PENALTIES.whole_travel):
+            return True
+        low, high = term.candidate.kind.itself.get(name, (-np.inf, np.inf))
+        if not low <= at <= high:
+            return True
+    return False

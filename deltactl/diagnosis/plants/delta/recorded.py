@@ -6,11 +6,16 @@ from functools import cached_property
 
 import numpy as np
 
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
+from deltactl.diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    without_outliers,
+)
 from deltactl.diagnosis.observations.stale_readings import without_stale
 from deltactl.diagnosis.plants.candidate import Candidate
 from deltactl.diagnosis.plants.delta.beside_point import Starts
-from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.model import RANGES, DeltaModel
 from deltactl.diagnosis.plants.delta.point import (
     Around,
     end_to_end,
@@ -30,9 +35,10 @@ class Recorded:
         self.observed = end_to_end(np.nan_to_num(readings.values))
         self.nominal = Around(model, ())
         left = side_by_side(self.observed - self.nominal.predicted, len(readings.names))
-        kept, self.stale = without_stale(readings, model.traits.repeating)
+        kept, self.stale = without_stale(readings, RANGES)
         self.valid: BoolArray = without_outliers(left, kept)
-        self.candidates: dict[str, Candidate] = {key_of(one): one for one in model.candidates}
+        able = [one for one in model.candidates if one.shapes]
+        self.candidates: dict[str, Candidate] = {key_of(one): one for one in able}
 
     @cached_property
     def processes(self) -> Processes:
@@ -42,7 +48,7 @@ class Recorded:
     @cached_property
     def starts(self) -> Starts:
         """Scores of the shapes of effects."""
-        return Starts(self.nominal, self.model.candidates)
+        return Starts(self.nominal, list(self.candidates.values()))
 
     @cached_property
     def free(self) -> tuple[FloatArray, FloatArray, list[str], int]:
@@ -57,7 +63,7 @@ class Recorded:
         names: list[str] = []
         for nuisance in (*model.nuisances, *tolerances):
             slopes = self._slopes(nuisance)
-            columns.append(slopes)
+            columns.append(slopes @ nuisance.directions)
             spreads += nuisance.spread
             one = nuisance.term.candidate
             names += [key_of(one)] * slopes.shape[1]
@@ -72,3 +78,10 @@ class Recorded:
         if own is term.candidate and is_straight(own):
             return self.starts.straight(own)
         return around.slopes(term, around.predicted)
+
+    @cached_property
+    def held(self) -> IntArray:
+        """Numbers of the free columns of what the file has from an earlier diagnosis."""
+        every = self.model.nuisances
+        counts = [len(one.spread) for one in every]
+        return np.flatnonzero(np.repeat([one.held for one in every], counts))

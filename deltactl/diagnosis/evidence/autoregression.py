@@ -11,12 +11,12 @@ import numpy as np
 from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
-from deltactl.diagnosis.estimation.options import ESTIMATION
+from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 TINY = float(np.finfo(np.float64).tiny)
-AR_ORDER = ESTIMATION.ar_order
+AR_ORDER = EVIDENCE.ar_order
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class Whitener:
     def weighed(self, residual: FloatArray) -> Whitener:
         """The same with Huber weights from a residual (n, channels)."""
         plain = Whitener(self.channels, np.ones_like(self.weight))(residual)
-        weight = np.sqrt(np.minimum(1.0, ESTIMATION.huber / np.maximum(np.abs(plain), 1e-12)))
+        weight = np.sqrt(np.minimum(1.0, EVIDENCE.huber / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
     def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
@@ -127,9 +127,9 @@ class Whitener:
         drawn = np.zeros((rows, len(self.channels)))
         for column, noise in enumerate(self.channels):
             seen = np.unique(noise.rows)
-            fresh = noise.sigma * rng.standard_normal(len(seen) + ESTIMATION.warm_up)
+            fresh = noise.sigma * rng.standard_normal(len(seen) + EVIDENCE.warm_up)
             memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[ESTIMATION.warm_up :]
+            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[EVIDENCE.warm_up :]
         return drawn
 
 
@@ -144,7 +144,7 @@ def history(readings: Readings, valid: Any) -> list[IntArray]:
         )
         if len(table):
             usual = np.median(np.diff(rows))
-            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + ESTIMATION.longest_hole
+            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + EVIDENCE.longest_hole
             table = table[near & (stretch[table[:, 0]] == stretch[table[:, -1]])]
         result.append(table.reshape(-1, AR_ORDER + 1))
     return result
@@ -165,6 +165,7 @@ def channels_of(
     A constant in a channel is no noise: the first residual still has it.
     """
     channels, residual = [], residual.copy()
+    digits = _digits(readings)
     for column, rows in enumerate(histories):
         if len(rows):
             residual[:, column] -= np.median(residual[rows[:, 0], column])
@@ -174,8 +175,8 @@ def channels_of(
             channels.append(ChannelNoise(rows[:0], np.zeros(AR_ORDER), 1.0, 1.0))
             continue
         spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0])))
-        rounding = readings.rounding[column]
-        spread = max(spread, rounding, 1e-12)
+        rounding = max(readings.rounding[column], digits[readings.units[column]])
+        spread = max(spread, rounding)
         table = np.clip(table, -4 * spread, 4 * spread)
         gram = table.T @ table / len(table)
         ridge = max(1e-9 * gram[0, 0], TINY)  # readings without any error at all have no memory
@@ -185,8 +186,18 @@ def channels_of(
         innovation = table[:, 0] - table[:, 1:] @ phi
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
         sigma = max(float(np.std(innovation[core])), 0.3 * rounding)
-        channels.append(ChannelNoise(rows, phi, max(sigma, 1e-12), spread))
+        channels.append(ChannelNoise(rows, phi, sigma, spread))
     return tuple(channels), residual
+
+
+def _digits(readings: Readings) -> dict[str, float]:
+    """For each unit a share of the readings that few tables have the digits of."""
+    found = dict.fromkeys(readings.units, TINY)
+    for unit, column in zip(readings.units, readings.values.T, strict=True):
+        seen = column[np.isfinite(column)]
+        if len(seen):
+            found[unit] = max(found[unit], EVIDENCE.digits * float(np.std(seen)))
+    return found
 
 
 def stationary(phi: FloatArray) -> FloatArray:

@@ -1,0 +1,115 @@
+"""What the answer says of something without a name at a place: size, covariates, memory, table.
+
+Play, friction and filters remember: the same place gives another error when it was come to another
+way. On a circle an arm's angle tells its speed, and no test on that circle can say which of them an
+error follows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from deltactl.diagnosis.answer.finding import ParameterResult, Table
+from deltactl.diagnosis.answer.options import VERDICT
+from deltactl.diagnosis.assessment.intervals import NORMAL_95
+from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.plants.delta.model import unit_at
+from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
+from deltactl.diagnosis.plants.delta.options import PROCESSES
+from deltactl.diagnosis.plants.delta.recorded import Recorded
+from deltactl.diagnosis.plants.delta.unknown import Process
+from deltactl.diagnosis.plants.options import UNKNOWN
+
+
+class Followed:
+    """Processes of one place in an explanation."""
+
+    def __init__(
+        self,
+        recorded: Recorded,
+        noise: ChannelsNoise,
+        processes: Sequence[Process],
+        best: Explanation,
+        without: Explanation,
+    ):
+        """without: the explanation less these processes."""
+        self.recorded, self.noise, self.processes = recorded, noise, processes
+        self.best, self.without = best, without
+        self.gain = max(without.chi2 - best.chi2, 0.0)
+        model, place = recorded.model, processes[0].location
+        moved = model.inputs()[place] != 0.0
+        self._covariates = model.covariates()
+        self._decided = np.any(moved & recorded.valid, axis=1)
+        """Rows in which a reading tells of it; none holds it elsewhere."""
+        self._unit = unit_at(place)
+
+    def fields(self) -> dict[str, Any]:
+        """Of the finding."""
+        tied = self._tied()
+        own = [name for one in self.processes for name in one.covariate.split(", ")]
+        instead = [name for covariate in tied for name in covariate.split(", ")]
+        return {
+            "parameters": {"size_rms": self._size()},
+            "depends_on": list(dict.fromkeys([*own, *instead])),
+            "tied": list(dict.fromkeys(name for name in instead if name not in own)),
+            "has_memory": self._has_memory(),
+            "table": self._table(),
+        }
+
+    def _size(self) -> ParameterResult:
+        values = np.zeros(len(self._decided))
+        for one in self.processes:
+            values += one.over(self._covariates[one.covariate]) @ self.best.linear[one.key]
+        size = float(np.std(values[self._decided]))
+        half = NORMAL_95 * size / max(math.sqrt(self.gain), 1.0)
+        return ParameterResult(value=size, ci95=[size - half, size + half], unit=self._unit)
+
+    def _table(self) -> Table | None:
+        """Numbers over the covariate, as far as readings tell of it; None of several."""
+        (one, *more) = self.processes
+        if more or one.two_way or one.rate_hz:
+            return None
+        seen = self._covariates[one.covariate][self._decided]
+        places = np.linspace(float(seen.min()), float(seen.max()), UNKNOWN.places_in_table)
+        size = one.over(places) @ self.best.linear[one.key]
+        low, high = float(places[0]), float(places[-1])
+        return Table(follows=one.covariate, lowest=low, highest=high, size=size.tolist())
+
+    def _tied(self) -> list[str]:
+        """Other covariates that explain at this place as much, the best first."""
+        (one, *more) = self.processes
+        if more or one.rate_hz:
+            return []
+        every = [x for x in self._probable(self.without) if not x.rate_hz]
+        own = [x for x in every if (x.location, x.two_way) == (one.location, one.two_way)]
+        least = max((x.gain for x in own if x.covariate == one.covariate), default=math.inf)
+        return [
+            x.covariate
+            for x in own
+            if x.covariate != one.covariate and x.gain > least - PROCESSES.tied
+        ]
+
+    def _has_memory(self) -> bool | None:
+        """Whether the past matters; None where too little is there to rule a memory out, and for
+        time, which has no other past.
+        """
+        if any(one.two_way for one in self.processes):
+            return True
+        timeless = [one for one in self.processes if one.covariate != "time"]
+        pasts = [way for one in timeless for way in self.recorded.processes.remembering(one)]
+        if not pasts:
+            return None
+        surely = math.log(len(pasts) / VERDICT.alarm)
+        found = self._probable(self.best, pasts)
+        least = PROCESSES.least_past * 0.5 * self.gain
+        if any(one.gain - one.paid > max(surely, least) for one in found):
+            return True
+        return False if least > surely else None
+
+    def _probable(self, beside: Explanation, among: Any = None) -> list[Process]:
+        known = self.recorded.processes
+        return known.probable(self.noise, beside.residual, beside.tangent, among)
