@@ -38,12 +38,12 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
         return instead
     named = _as_careful(_settled(plant, first))
     progress("what the named effects leave")
-    beside = named[0].opened()
-    if beside is None:
-        return named
-    if instead is None and named[0].point:
+    opened = named[0].opened()
+    beside = None if opened is None else _settled(opened)
+    many = len(named[0].point) >= SELECTION.many_names
+    if instead is None and named[0].point and (many or beside is not None):
         instead = _in_place_of_names(plant)
-    found = [one for one in (named, _settled(beside), instead) if one is not None]
+    found = [one for one in (named, beside, instead) if one is not None]
     noise = found[-1][0].own_noise
     return max(found, key=lambda one: _weighed(one, noise))
 
