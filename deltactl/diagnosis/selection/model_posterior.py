@@ -111,6 +111,8 @@ class HillClimb:
             one = self._all[key]
             if one.beside and not keys & set(one.beside):
                 return False
+        if len(keys - self.evidence.plant.point) > self.evidence.plant.at_once:
+            return False
         each = Counter(self._all[key].component for key in keys)
         return max(each.values(), default=0) <= SELECTION.most_regressors
 
