@@ -147,7 +147,8 @@ def _changes(
     """By how much the log evidence of a set changes with the spreads of its sizes."""
     has_spread, sizes = np.array(_has_spread(explanation, by_key)), _in_spreads(explanation)
     gram = explanation.gram
-    along = np.concatenate([shape.T @ explanation.white for shape in explanation.shapes])
+    each = [shape.T @ explanation.white for shape in explanation.shapes]
+    along = np.concatenate([np.zeros(0), *each])
     along[explanation.taken] = 0.0
     found = []
     for factor in factors:

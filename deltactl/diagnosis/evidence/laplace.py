@@ -403,7 +403,7 @@ class Laplace:
         found, built_so = set(), set()
         for key in keys:
             regressor = self.by_key[key]
-            if not regressor.as_built:
+            if not regressor.as_built and not regressor.built_so:
                 found.add(key)
                 continue
             sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]

@@ -43,7 +43,8 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     named = _as_careful(_settled(plant, first))
     progress("what the named effects leave")
     beside = named[0].opened()
-    if beside is not None and opened is not None and not rivals:
+    more = beside is not None or len(named[0].point) >= SELECTION.many_names
+    if more and opened is not None and not rivals:
         instead = _in_place_of_names(opened)
     found = [named] if instead is None else [named, instead]
     if beside is not None:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import chdtrc
 
 from deltactl.diagnosis.answer.finding import Finding, ParameterResult
@@ -219,10 +220,8 @@ class AnswerNearPoint(RegressionPlant):
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
         """What bounds the noise of the channels that figures are of; see `RegressionPlant`."""
-        channels, groups = (
-            side_by_side(left, self.count),
-            np.cumsum(self.readings.fresh).astype(np.intp),
-        )
+        channels = side_by_side(left, self.count)
+        groups = np.cumsum(self.readings.fresh).astype(np.intp)
         bounds = []
         for column in np.flatnonzero(in_figures(self.readings)):
             read = np.flatnonzero(self.recorded.valid[:, column])
@@ -230,12 +229,10 @@ class AnswerNearPoint(RegressionPlant):
             if seen is None:
                 return None
             bounds.append(Bound(seen, remembering(seen.angle)))
-        kinds = bounds[0].shapes.shape[1]
-        wide = [np.zeros((len(one.seen.angle), len(bounds) * kinds)) for one in bounds]
-        for number, (one, shapes) in enumerate(zip(bounds, wide, strict=True)):
-            shapes[:, number * kinds : (number + 1) * kinds] = one.shapes
-        each = [Bound(one.seen, shapes) for one, shapes in zip(bounds, wide, strict=True)]
-        return NoiseBounds(each, np.full(len(bounds) * kinds, 1.0 / len(bounds)))
+        every = block_diag(*(one.shapes for one in bounds))
+        parts = np.split(every, np.cumsum([len(one.shapes) for one in bounds])[:-1])
+        own = [Bound(one.seen, part) for one, part in zip(bounds, parts, strict=True)]
+        return NoiseBounds(own, np.full(every.shape[1], 1.0 / len(bounds)))
 
     def drawn(self, picture: Picture) -> Picture:
         """A channel for each sensor, with what a sensor repeated where it did."""
