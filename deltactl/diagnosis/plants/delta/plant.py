@@ -358,11 +358,15 @@ class DeltaPlant(AnswerNearPoint):
         if self._only_careful:
             return [(0.0, self)]
         for care in PENALTIES.care:
-            other = copy(self)
-            other.careful = care
-            other.__dict__.pop("_free", None)
+            other = self._with_care(care)
             found.append((other.odds_of_care, self if care == self.careful else other))
         return found
+
+    def _with_care(self, care: float) -> DeltaPlant:
+        other = copy(self)
+        other.careful = care
+        other.__dict__.pop("_free", None)
+        return other
 
     @property
     def odds_of_care(self) -> float:
@@ -376,7 +380,7 @@ class DeltaPlant(AnswerNearPoint):
         first = self
         while first._before is not None:
             first = first._before
-        plain = copy(first)
+        plain = first._with_care(PENALTIES.most_careful)
         plain._only_careful = True
         return plain
 
