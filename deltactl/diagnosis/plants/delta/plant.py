@@ -317,10 +317,13 @@ class DeltaPlant(AnswerNearPoint):
         of the file in all but their own.
 
         gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
-        any operator with two numbers (`Discrepancy`).
+        any operator with two numbers (`Discrepancy`). What the most careful building leaves any
+        machine has: it is no explanation.
         """
-        total = 0.0
+        total, careful = 0.0, self.careful == PENALTIES.most_careful
         for key, gain in gains.items():
+            if not key and careful:
+                continue
             own = self.power(key)
             larger = [
                 (self.candidates[other], self.power(other))
