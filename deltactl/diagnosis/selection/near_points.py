@@ -57,14 +57,14 @@ def _better(found: Sequence[Found]) -> Found:
 
 def _rivals(opened: RegressionPlant, first: Found, named: Found) -> bool:
     """Whether what has no name may be in the place of names: of many, or of tolerances, or where
-    something without a name explains by itself about as much as all of them.
+    something without a name explains by itself more than all of them.
     """
     many = max(len(first[2].best.keys), len(named[0].point)) >= SELECTION.many_names
     if many or first[0].odds_of_care < 0.0:
         return True
     evidence = Laplace(opened, first[1].noise)
     alone = [evidence([one.key]).log_evidence for one in opened.regressors if one.unknown]
-    return max(alone) > first[2].best.log_evidence - SELECTION.window
+    return max(alone) > first[2].best.log_evidence
 
 
 def _in_place_of_names(opened: RegressionPlant) -> Found | None:
