@@ -378,7 +378,8 @@ class Laplace:
             free = within[parts[""]].all()
             size = self._within_tolerance(gram, along) if free else np.linalg.solve(gram, along)
             rest = target.power - float(size @ (2.0 * along - gram @ size))
-            gains[key], left = left - rest, rest
+            # tolerances at their bounds may fit worse than none
+            gains[key], left = max(left - rest, 0.0), rest
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:

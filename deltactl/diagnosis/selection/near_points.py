@@ -6,6 +6,8 @@ which is the next point; sets that were fitted to their end count by that fit.
 
 from __future__ import annotations
 
+import numpy as np
+
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.regression import RegressionPlant
@@ -121,7 +123,8 @@ def _as_built(plant: RegressionPlant) -> Found:
         if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
             break
         evidence = Laplace(one, plant.own_noise, alike=tried[0][2] if tried else None)
-        found = HillClimb(evidence).run(start)
+        so_far = max((each[0] for each in tried), default=-np.inf)
+        found = HillClimb(evidence).run(start, so_far - odds)
         start = found.best.keys
         tried.append((odds + found.best.log_evidence, one, evidence, found))
     return max(tried, key=lambda each: each[0])[1:]
