@@ -360,30 +360,23 @@ class Laplace:
         )  # fmt: skip
 
     def _charged(self, target: Target, blocks: list[Block], taken: IntArray) -> float:
-        """Chi-square that is no evidence for a set, by what each regressor adds to it, and what
-        each by itself does where nothing without a name takes part of that.
+        """Chi-square that is no evidence for a set, by what each regressor adds to those that do
+        more.
         """
-        theta, cost, known = self._most_probable(target, blocks, taken)
+        _, _, known = self._most_probable(target, blocks, taken)
         share = target.share(blocks)
         share[taken] = 0.0
         ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
         parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
-        named = np.ones(len(theta), dtype=bool)
-        for key, part in parts.items():
-            named[part] = not key or not self.by_key[key].unknown
-        alone = theta.copy()
-        if not named.all():
-            along = known @ alone
-            alone[named] = np.linalg.solve(known[np.ix_(named, named)], along[named])
-        gains: dict[str, tuple[float, float]] = {}
-        for key, part in parts.items():
-            others = np.ones(len(theta), dtype=bool)
-            others[part] = False
-            rest, along = known[np.ix_(others, others)], share[others]
-            size = self._within_tolerance(rest, along) if key else np.linalg.solve(rest, along)
-            gain = target.power - float(size @ (2.0 * along - rest @ size)) - cost
-            own = alone[part]
-            gains[key] = gain, float(own @ (known[part, part] @ own - own))
+        gains: dict[str, float] = {}
+        within, left = np.zeros(len(share), dtype=bool), target.power
+        for key in sorted(parts, key=self.plant.power, reverse=True):
+            within[parts[key]] = True
+            gram, along = known[np.ix_(within, within)], share[within]
+            free = within[parts[""]].all()
+            size = self._within_tolerance(gram, along) if free else np.linalg.solve(gram, along)
+            rest = target.power - float(size @ (2.0 * along - gram @ size))
+            gains[key], left = left - rest, rest
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
@@ -404,14 +397,16 @@ class Laplace:
         self, keys: frozenset[str], point: Point, linear: dict[str, FloatArray]
     ) -> frozenset[str]:
         """Those of a set that are larger than on any machine as built."""
-        found = set()
+        found, built_so = set(), set()
         for key in keys:
             regressor = self.by_key[key]
             sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
             size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
             if not regressor.as_built or size > regressor.as_built:
                 found.add(key)
-        return frozenset(found)
+            if size <= regressor.built_so:
+                built_so.add(key)
+        return frozenset(found - built_so or found)
 
     @staticmethod
     def _within(point: Point, known: FloatArray, moved: list[tuple[str, Size]]) -> float:

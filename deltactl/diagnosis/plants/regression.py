@@ -98,6 +98,9 @@ class Regressor:
     """Linear sizes that no machine has below zero."""
     as_built: float = 0.0
     """Size up to which any machine is off, so that it is no finding."""
+    built_so: float = 0.0
+    """Size up to which it says how the machine was built beside what does not, and is no finding
+    there."""
     takes_over: str = ""
     """Name of the free column that is a tolerance of the same quantity."""
     measured_by: str = ""
@@ -425,7 +428,11 @@ class RegressionPlant:
         """Whether any of a set may leave some of the shapes of others, see `charged`."""
         return False
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+    def power(self, key: str) -> float:
+        """Chi-square of what a regressor does by itself; 0 of what has no size of its own."""
+        return 0.0
+
+    def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square of a set that is no evidence for it.
 
         gains: what each regressor adds to the fit, and how much it does by itself; '' for what is

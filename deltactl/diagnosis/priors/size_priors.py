@@ -2,9 +2,10 @@
 
 The size of a fault has a log-normal prior about `Parameter.typical`: machines with a fault of no
 size have no fault, so evidence for "nothing" builds up (as with the non-local priors of Johnson
-and Rossell 2010, J. R. Stat. Soc. B 72, 143-170). All other numbers of an effect (periods, drags,
-places) are Gaussian about where the fit found them, and cost their Occam factor (MacKay 2003,
-Information Theory, Inference and Learning Algorithms, chapter 28).
+and Rossell 2010, J. R. Stat. Soc. B 72, 143-170). A drag is log-normal about its default: without
+end it would be friction. All other numbers of an effect (periods, places) are Gaussian about where
+the fit found them, and cost their Occam factor (MacKay 2003, Information Theory, Inference and
+Learning Algorithms, chapter 28).
 """
 
 from __future__ import annotations

@@ -160,11 +160,15 @@ class AnswerNearPoint(RegressionPlant):
 
     def remarks(self, best: Explanation, covariance: FloatArray) -> dict[str, Any]:
         """Whether it was built with less care than usual, and what is off then."""
-        loose = self.careful > PENALTIES.most_careful
+        small = sorted((best.keys - best.found) & self.at_work.keys())
+        loose = self.careful > PENALTIES.most_careful or bool(small)
         names = np.array(self.free().names)
         places = {name: np.flatnonzero(names == name) for name in self.free().names}
         sizes = {name: best.linear[""][at] for name, at in places.items()}
         known = {name: covariance[np.ix_(at, at)] for name, at in places.items()}
+        for key in small:
+            at = np.array([i for i, name in enumerate(best.names) if name.startswith(f"{key}.")])
+            sizes[key], known[key] = best.linear[key], covariance[np.ix_(at, at)]
         tolerances = self.recorded.model.tolerances
         allowed = allowed_for(tolerances, sizes, known) if loose else []
         return {

@@ -276,8 +276,8 @@ class DeltaPlant(AnswerNearPoint):
 
     def is_messy(self, keys: frozenset[str]) -> bool:
         """Whether any of a set may leave more than its geometry does."""
-        if self._measured or len(keys) < 2:
-            return bool(self._measured)
+        if self._measured:
+            return True
         named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
         return any(one.elsewhere > EXACT or one.leads_to for one in named)
 
@@ -291,19 +291,38 @@ class DeltaPlant(AnswerNearPoint):
                 found[key_of(term.candidate)] = term.candidate, float(own @ own)
         return found
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+    def power(self, key: str) -> float:
+        """See `RegressionPlant`: of an effect at the point, or where it would fit best."""
+        if key not in self.near:
+            return 0.0
+        if key not in self._powers:
+            near = self.near[key]
+            own = near.slopes @ near.away if near.whole is None else near.whole
+            if key in self.at_work:
+                others = [one for one in self.around.terms if one is not near.term]
+                own = self.around.predicted - self.around.with_terms(others)
+            white = self.own_noise.whiten(own)
+            self._powers[key] = float(white @ white)
+        return self._powers[key]
+
+    @cached_property
+    def _powers(self) -> dict[str, float]:
+        return {}
+
+    def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
         of the file in all but their own.
 
-        gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is
-        messier than any operator with two numbers (`Discrepancy`).
+        gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
+        any operator with two numbers (`Discrepancy`).
         """
         total = 0.0
-        for key, (gain, own) in gains.items():
+        for key, gain in gains.items():
+            own = self.power(key)
             larger = [
-                (self.candidates[other], power)
-                for other, (_, power) in gains.items()
-                if other in self.candidates and (power > own or key in self.unknown)
+                (self.candidates[other], self.power(other))
+                for other in gains
+                if other in self.candidates and (self.power(other) > own or key in self.unknown)
             ]
             larger += [] if key in self._measured else self._measured.values()
             left = sum(self._left_by(one, key) * power for one, power in larger)

@@ -16,8 +16,9 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
-from deltactl.models.effects import Trait, has
+from deltactl.models.effects import Trait, card_of, has
 from deltactl.models.effects.kind import EXACT
 
 
@@ -110,10 +111,11 @@ class Near:
 
     def discrepancy(self, sizes: FloatArray) -> FloatArray:
         """Covariance (k, k) of fitted sizes (k,) by what the operator is not: a bearing, a spring
-        or a stop is messier than any with two numbers.
+        or a stop is messier than any with two numbers, and the best machine is built to something.
         """
         kind, prior = self.term.candidate.kind, self.prior
-        variance = np.zeros(len(sizes))
+        built = PENALTIES.most_careful * (card_of(kind.name).build_spread or 0.0)
+        variance = np.full(len(sizes), built**2)
         if kind.discrepancy.elsewhere > EXACT:
             variance[prior.sizes] = kind.discrepancy.elsewhere * np.sum(sizes[prior.sizes] ** 2)
         moved = [self.term.candidate.coordinates[i].parameter for i in self.term.candidate.moved]
@@ -125,6 +127,20 @@ class Near:
         """Log density of a Cauchy prior at this size, against the Gaussian of its own width."""
         length = float(np.linalg.norm(self.away))
         return -float(np.log(max(length / self.prior.typical, 1.0)))
+
+    @property
+    def usual(self) -> float:
+        """Log density of the other numbers at the point, against that at what they usually are."""
+        candidate = self.term.candidate
+        known = {p.name: p for p in candidate.kind.parameters}
+        total = 0.0
+        for number in self.prior.others:
+            one = candidate.coordinates[candidate.moved[number]]
+            default = known[one.parameter].default
+            if one.how == "log" and default is not None and np.isfinite(default):
+                off = self.term.at[candidate.moved[number]] - np.log(default)
+                total -= 0.5 * float(off / self.prior.spread[number]) ** 2
+        return total
 
     def moved_by(self, linear: FloatArray, at_work: bool) -> Term:
         """The term with the sizes that a linear fit has found, (k,)."""

@@ -13,6 +13,7 @@ from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.regression import Regressor
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
+from deltactl.models.effects import card_of
 
 
 def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regressor:
@@ -22,19 +23,14 @@ def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regresso
     """
     candidate = near.term.candidate
     in_name_only = penalty_of(near.term) - penalty(candidate)
-    odds = near.heavy_tail - 0.5 * (odds_cost(candidate) + in_name_only)
+    odds = near.heavy_tail + near.usual - 0.5 * (odds_cost(candidate) + in_name_only)
     takes_over = key if key in tolerances else ""
+    built = (card_of(candidate.effect).build_spread or 0.0) if takes_over else 0.0
     places = None if is_straight(candidate) else float(len(candidate.shapes))
     return Regressor(
-        key,
-        candidate.effect,
-        odds,
-        candidate.component,
-        candidate.members,
-        alone=False,
-        takes_over=takes_over,
-        places=places,
-    )
+        key, candidate.effect, odds, candidate.component, candidate.members,
+        alone=False, built_so=PENALTIES.within * built, takes_over=takes_over, places=places,
+    )  # fmt: skip
 
 
 def left_by(known: Candidate, new: Candidate | None) -> float:
