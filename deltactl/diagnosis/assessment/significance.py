@@ -145,7 +145,8 @@ def _changes(
     explanation: Explanation, by_key: dict[str, Regressor], factors: Sequence[float]
 ) -> list[float]:
     """By how much the log evidence of a set changes with the spreads of its sizes."""
-    has_spread, sizes = np.array(_has_spread(explanation, by_key)), _in_spreads(explanation)
+    has_spread = np.array(_has_spread(explanation, by_key), dtype=bool)
+    sizes = _in_spreads(explanation)
     gram = explanation.gram
     each = [shape.T @ explanation.white for shape in explanation.shapes]
     along = np.concatenate([np.zeros(0), *each])

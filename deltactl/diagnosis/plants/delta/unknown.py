@@ -63,7 +63,7 @@ class Process:
         over = self.over(model.covariates()[self.covariate])
         change = model.inputs()[self.location]
         values = end_to_end(change[:, :, None] * over[:, None, :])
-        lasts = self.covariate != "time"
+        lasts = not self.rate_hz  # the phase is another one each time
         return Columns(values, np.ones(values.shape[1]), lasts=lasts)
 
 
