@@ -371,7 +371,9 @@ class Laplace:
         ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
         parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
         gains: dict[str, float] = {}
-        within, left = np.zeros(len(share), dtype=bool), target.power
+        within = np.arange(len(share)) < self.plant.nuisances
+        gram, along = known[np.ix_(within, within)], share[within]
+        left = target.power - float(along @ np.linalg.solve(gram, along))
         for key in sorted(parts, key=self.plant.power, reverse=True):
             within[parts[key]] = True
             gram, along = known[np.ix_(within, within)], share[within]

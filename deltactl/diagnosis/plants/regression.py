@@ -212,6 +212,8 @@ class RegressionPlant:
     """Whether effects may leave some of the shapes of others, see `charged`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    nuisances = 0
+    """How many of the first free columns are of the recording; the others are tolerances."""
     at_once = math.inf
     """Regressors that are added near one point: of more, some make up for what is not linear."""
     own_noise: Any = None

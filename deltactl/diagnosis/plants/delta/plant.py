@@ -78,6 +78,7 @@ class DeltaPlant(AnswerNearPoint):
         self.rows = np.flatnonzero(recorded.valid.T.ravel())
         self.stale = recorded.stale
         self.around = Around(model, terms, always)
+        self.nuisances = recorded.free[3]
         self.at_work = {key_of(term.candidate): term for term in terms}
 
     @cached_property
