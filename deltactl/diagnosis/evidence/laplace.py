@@ -374,7 +374,7 @@ class Laplace:
         gains: dict[str, tuple[float, float]] = {}
         for key, part in parts.items():
             own = alone[part]
-            gains[key] = lost.without(part), float(own @ (known[part, part] @ own - own))
+            gains[key] = max(lost.without(part), 0.0), float(own @ (known[part, part] @ own - own))
         return self.plant.charged(gains)
 
     def _most(self, count: int) -> FloatArray:

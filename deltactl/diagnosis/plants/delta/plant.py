@@ -293,7 +293,7 @@ class DeltaPlant(AnswerNearPoint):
 
     def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
-        of the file in all but their own.
+        of the file in all names but their own.
 
         gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is
         messier than any operator with two numbers (`Discrepancy`).
@@ -305,7 +305,7 @@ class DeltaPlant(AnswerNearPoint):
                 for other, (_, power) in gains.items()
                 if other in self.candidates and (power > own or key in self.unknown)
             ]
-            larger += [] if key in self._measured else self._measured.values()
+            larger += self._measured.values() if key and key not in self._measured else ()
             left = sum(self._left_by(one, key) * power for one, power in larger)
             far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
             total += min(left, gain) * far
