@@ -14,12 +14,12 @@ from deltactl.diagnosis.assessment.regression_holdout import beyond_noise, on_bl
 from deltactl.diagnosis.assessment.significance import chance
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Laplace
-from deltactl.diagnosis.plants.regression import Columns, Regressor
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor
 
 COUNT = 500
 
 
-class Slope:
+class Slope(RegressionPlant):
     """A plant of one linear regressor, and of a jump in the middle that does not come back."""
 
     unit = "m"
@@ -202,7 +202,8 @@ def test_a_size_that_differs_from_part_to_part_is_known_no_better_than_that() ->
 def _fit(chi2: float, sizes: int) -> Any:
     """An explanation with so many sizes and no tolerances."""
     free, spreads = {"": np.zeros(0)}, np.ones(sizes)
-    return SimpleNamespace(chi2=chi2, tangent=np.zeros((9, sizes)), linear=free, spreads=spreads)
+    tangent = np.zeros((9, sizes))
+    return SimpleNamespace(chi2=chi2, tangent=tangent, linear=free, spreads=spreads, charged=0.0)
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.evidence.laplace import Laplace
+from deltactl.diagnosis.experiment.propose import fitted_set
 from deltactl.diagnosis.experiment.ties import Tie
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion
 from deltactl.diagnosis.plants.delta.next_runs import commanded
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.recorded import Recorded
-from deltactl.diagnosis.plants.delta.tied_sets import fitted_set
 from deltactl.models.chain import Chain, Commands
 from deltactl.models.linkage import Linkage, inverse
 from deltactl.models.robot import DeltaRobot, EffectEntry, FloatArray

@@ -145,9 +145,11 @@ def _changes(
     explanation: Explanation, by_key: dict[str, Regressor], factors: Sequence[float]
 ) -> list[float]:
     """By how much the log evidence of a set changes with the spreads of its sizes."""
-    has_spread, sizes = np.array(_has_spread(explanation, by_key)), _in_spreads(explanation)
+    has_spread = np.array(_has_spread(explanation, by_key), dtype=bool)
+    sizes = _in_spreads(explanation)
     gram = explanation.gram
-    along = np.concatenate([shape.T @ explanation.white for shape in explanation.shapes])
+    each = [shape.T @ explanation.white for shape in explanation.shapes]
+    along = np.concatenate([np.zeros(0), *each])
     along[explanation.taken] = 0.0
     found = []
     for factor in factors:

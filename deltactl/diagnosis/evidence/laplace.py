@@ -298,7 +298,7 @@ class Laplace:
         share, gram = target.share(blocks), self._gram(blocks, taken)
         share[taken] = 0.0
         gram[np.diag_indices_from(gram)] += 1.0
-        theta = within(gram, share, self._most(len(share)))
+        theta = self._within_tolerance(gram, share)
         return theta, target.power - float(theta @ (2.0 * share - gram @ theta)), gram
 
     def _gram(self, blocks: list[Block], taken: IntArray) -> FloatArray:
@@ -306,6 +306,18 @@ class Laplace:
         gram = self._products.of(blocks)
         gram[taken] = gram[:, taken] = 0.0
         return gram
+
+    def _within_tolerance(self, gram: FloatArray, share: FloatArray) -> FloatArray:
+        """Sizes (p,) that minimise the cost while tolerances stay within what machines have."""
+        theta: FloatArray = np.linalg.solve(gram, share)
+        most = np.concatenate([self._tolerated, np.full(len(theta) - len(self._tolerated), np.inf)])
+        beyond = np.abs(theta) > most
+        if beyond.any():
+            theta[beyond] = np.clip(theta[beyond], -most[beyond], most[beyond])
+            rest = ~beyond
+            known = share[rest] - gram[np.ix_(rest, beyond)] @ theta[beyond]
+            theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
+        return theta
 
     def at(self, keys: frozenset[str], point: Point) -> Explanation:
         """A set with its nonlinear sizes as they are known."""
@@ -335,7 +347,7 @@ class Laplace:
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
         messy = self.plant.is_messy(keys)
-        charged = self._charged(target, blocks, taken, theta, known) if messy else 0.0
+        charged = self._charged(target, blocks, taken, known) if messy else 0.0
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -349,37 +361,26 @@ class Laplace:
         )  # fmt: skip
 
     def _charged(
-        self,
-        target: Target,
-        blocks: list[Block],
-        taken: IntArray,
-        theta: FloatArray,
-        known: FloatArray,
+        self, target: Target, blocks: list[Block], taken: IntArray, known: FloatArray
     ) -> float:
-        """Chi-square that is no evidence for a set, by what each regressor adds to it, and what
-        each by itself does where nothing without a name takes part of that.
+        """Chi-square that is no evidence for a set, by what each regressor adds to those that do
+        more. known: inverse covariance (p, p) of its sizes.
         """
-        ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
-        parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
-        named = np.ones(len(theta), dtype=bool)
-        for key, part in parts.items():
-            named[part] = not key or not self.by_key[key].unknown
-        alone = theta.copy()
-        if not named.all():
-            alone[named] = np.linalg.solve(known[np.ix_(named, named)], (known @ theta)[named])
         share = target.share(blocks)
         share[taken] = 0.0
-        explained = float(theta @ (2.0 * share - known @ theta))
-        lost = _Lost(known, share, self._most(len(theta)), explained)
-        gains: dict[str, tuple[float, float]] = {}
-        for key, part in parts.items():
-            own = alone[part]
-            gains[key] = max(lost.without(part), 0.0), float(own @ (known[part, part] @ own - own))
+        ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
+        parts = {key: slice(a, b) for (key, _), a, b in zip(blocks, ends, ends[1:], strict=False)}
+        gains: dict[str, float] = {}
+        within, left = np.zeros(len(share), dtype=bool), target.power
+        for key in sorted(parts, key=self.plant.power, reverse=True):
+            within[parts[key]] = True
+            gram, along = known[np.ix_(within, within)], share[within]
+            free = within[parts[""]].all()
+            size = self._within_tolerance(gram, along) if free else np.linalg.solve(gram, along)
+            rest = target.power - float(size @ (2.0 * along - gram @ size))
+            # tolerances at their bounds may fit worse than none
+            gains[key], left = max(left - rest, 0.0), rest
         return self.plant.charged(gains)
-
-    def _most(self, count: int) -> FloatArray:
-        """How large each of so many sizes may be; tolerances come first."""
-        return np.concatenate([self._tolerated, np.full(count - len(self._tolerated), np.inf)])
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""
@@ -402,9 +403,12 @@ class Laplace:
         found, built_so = set(), set()
         for key in keys:
             regressor = self.by_key[key]
+            if not regressor.as_built and not regressor.built_so:
+                found.add(key)
+                continue
             sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
             size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
-            if not regressor.as_built or size > regressor.as_built:
+            if size > regressor.as_built:
                 found.add(key)
             if size <= regressor.built_so:
                 built_so.add(key)
@@ -421,38 +425,6 @@ class Laplace:
             if size.prior == "half":
                 total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
         return float(total)
-
-
-def within(gram: FloatArray, share: FloatArray, most: FloatArray) -> FloatArray:
-    """Sizes (p,) that minimise the cost, none larger than `most`."""
-    theta: FloatArray = np.linalg.solve(gram, share)
-    beyond = np.abs(theta) > most
-    if beyond.any():
-        theta[beyond] = np.clip(theta[beyond], -most[beyond], most[beyond])
-        rest = ~beyond
-        known = share[rest] - gram[np.ix_(rest, beyond)] @ theta[beyond]
-        theta[rest] = np.linalg.solve(gram[np.ix_(rest, rest)], known)
-    return theta
-
-
-class _Lost:
-    """By how much the cost grows without some of the sizes, while none gets larger than `most`."""
-
-    def __init__(self, gram: FloatArray, share: FloatArray, most: FloatArray, explained: float):
-        self._covariance, self._most = np.linalg.inv(gram), most
-        self._size = self._covariance @ share
-        self._above = float(share @ self._size) - explained
-
-    def without(self, part: slice) -> float:
-        """Without these sizes."""
-        own, covariance = self._size[part], self._covariance
-        across = np.linalg.solve(covariance[part, part], covariance[part])
-        size = self._size - across.T @ own
-        lost = float(own @ np.linalg.solve(covariance[part, part], own)) - self._above
-        beyond = np.flatnonzero(np.abs(size) > self._most)
-        off = size[beyond] - np.clip(size[beyond], -self._most[beyond], self._most[beyond])
-        known = covariance[np.ix_(beyond, beyond)] - covariance[beyond, part] @ across[:, beyond]
-        return lost + float(off @ np.linalg.solve(known, off))
 
 
 def tolerated(plant: RegressionPlant) -> FloatArray:

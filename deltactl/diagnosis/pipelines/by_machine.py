@@ -15,7 +15,7 @@ from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
 from deltactl.diagnosis.experiment.next_motion import next_motion
-from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.experiment.propose import Proposal, next_run
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
@@ -23,7 +23,6 @@ from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.plants.delta.tied_sets import next_run
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
 from deltactl.diagnosis.progress import Progress

@@ -34,15 +34,5 @@ class RegressionOptions:
     """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
 
 
-@dataclass(frozen=True, slots=True)
-class UnknownOptions:
-    """For a finding without a name."""
-
-    places_in_table: int = 64
-    """Places of the quantity that it follows: sixteen to each piece of a delta's spline, ten of an
-    axis'; a map in detail has one to each piece."""
-
-
-UNKNOWN = UnknownOptions()
 REGRESSION = RegressionOptions()
 """As the engine is used."""

@@ -14,9 +14,12 @@ from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
     Agreement,
     Diagnosis,
+    Evidence,
     Finding,
     Fit,
+    ParameterResult,
     Picture,
+    Where,
 )
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
@@ -35,6 +38,7 @@ from deltactl.diagnosis.assessment.significance import (
     prior_sensitivity,
 )
 from deltactl.diagnosis.experiment.propose import Proposal
+from deltactl.diagnosis.observations.stale_readings import Stale
 from deltactl.diagnosis.pipelines.agreement import agreement, widened
 from deltactl.diagnosis.pipelines.regression_figures import (
     fit_of,
@@ -43,13 +47,12 @@ from deltactl.diagnosis.pipelines.regression_figures import (
     rest_of,
 )
 from deltactl.diagnosis.pipelines.regression_findings import covariance_as_left, findings, sizes
-from deltactl.diagnosis.pipelines.repeated_readings import repeated
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import Posterior
 from deltactl.diagnosis.selection.named_first import Selected, select
 from deltactl.diagnosis.selection.near_points import select_near
-from deltactl.models.effects import Trait, has
+from deltactl.models.effects import Search, Trait, found_by, has
 
 NextRun = Callable[[Selected], Proposal]
 
@@ -138,7 +141,7 @@ class Settled:
     @cached_property
     def _repeated(self) -> list[Finding]:
         """Old values that a sensor repeated."""
-        return repeated(self.plant, self.selected)
+        return _repeated(self.plant, self.selected)
 
     @cached_property
     def _rest(self) -> Rest:
@@ -164,6 +167,48 @@ def _with_persistence(fit: Fit, picture: Picture) -> Fit:
     if found is None:
         return fit
     return fit.model_copy(update={f"left_{name}": value for name, value in found._asdict().items()})
+
+
+def _repeated(plant: RegressionPlant, selected: Selected) -> list[Finding]:
+    """Findings of old values that a sensor repeated, one for each stretch."""
+    return [_of_old_values(plant, selected, run) for run in plant.stale]
+
+
+def _of_old_values(plant: RegressionPlant, selected: Selected, run: Stale) -> Finding:
+    readings = plant.readings
+    column, count = readings.names.index(run.channel), len(readings.t_s)
+    begin, end = float(readings.t_s[run.first]), float(readings.t_s[run.last])
+    rows = slice(column * count + run.first + 1, column * count + run.last + 1)
+    miss, noise = selected.best.residual[rows], selected.noise
+    own = noise.sigma[noise.rows // count == column]
+    # Rounding makes it look one or two longer, nothing makes it look shorter.
+    half, seconds = readings.period_s, end - begin + readings.period_s
+    own_begin, own_end = (readings.own_time_s(t_s) for t_s in (begin, end))
+    own_end += 0.5 * half
+    own_begin -= 0.5 * half
+    times = [[own_begin - half, own_begin + half], [own_end - half, own_end + half]]
+    return Finding(
+        effect=found_by(Search.REPEATS).name,
+        component=run.channel,
+        says="",
+        parameters={
+            "times_s": ParameterResult(value=[own_begin, own_end], ci95=times, unit="s"),
+            "duration": ParameterResult(
+                value=seconds, ci95=[seconds - 2.5 * half, seconds + half], unit="s"
+            ),
+        },
+        where=Where(
+            axes=[run.channel],
+            times_s=[(own_begin, own_end)],
+            recordings=[readings.recording_of(begin)],
+        ),
+        evidence=Evidence(
+            delta_chi2=float(np.nansum(miss**2)) / float(np.median(own)) ** 2,
+            p=float(np.exp(run.log_p)),
+        ),
+        probability=1.0 - float(np.exp(run.log_p)),
+        share_of_mismatch=0.0 if selected.best.found else 1.0,
+    )
 
 
 def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:

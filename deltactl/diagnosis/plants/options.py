@@ -26,5 +26,15 @@ class SplineTermOptions:
     """Times the even share of what repeats that a shape of a map in detail usually has."""
 
 
+@dataclass(frozen=True, slots=True)
+class UnknownOptions:
+    """For a finding without a name."""
+
+    places_in_table: int = 64
+    """Places of the quantity that it follows: sixteen to each piece of a delta's spline, ten of an
+    axis'; a map in detail has one to each piece."""
+
+
+UNKNOWN = UnknownOptions()
 SPLINE_TERMS = SplineTermOptions()
 """As the engine is used."""

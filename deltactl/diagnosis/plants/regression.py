@@ -212,6 +212,8 @@ class RegressionPlant:
     """Whether effects may leave some of the shapes of others, see `charged`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    at_once = math.inf
+    """Regressors that are added near one point: of more, some make up for what is not linear."""
     own_noise: Any = None
     """The noise under which a plant that is linear near a point only was made."""
     stale: Sequence[Stale] = ()
@@ -348,6 +350,10 @@ class RegressionPlant:
         """The same with what has no name as well, where any of it may be; else None."""
         return None
 
+    def noise_over(self, plants: Sequence[RegressionPlant]) -> Any:
+        """Noise under which sets near the points of several plants are compared."""
+        return self.own_noise
+
     def built(self) -> Sequence[tuple[float, RegressionPlant]]:
         """The same as if it had been built with other care, each with its log prior odds."""
         return [(0.0, self)]
@@ -428,7 +434,11 @@ class RegressionPlant:
         """Whether any of a set may leave some of the shapes of others, see `charged`."""
         return False
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+    def power(self, key: str) -> float:
+        """Chi-square of what a regressor does by itself; 0 of what has no size of its own."""
+        return 0.0
+
+    def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square of a set that is no evidence for it.
 
         gains: what each regressor adds to the fit, and how much it does by itself; '' for what is

@@ -29,7 +29,7 @@ class SelectionOptions:
     most_of_map: float = 0.5
     """Share of what repeats with the position that a wave must make up to be named beside a map:
     of a rough surface the largest wave has a tenth to a third, of a gear nearly all."""
-    points: int = 5
+    most_points: int = 5
     """Points near which effects are chosen, where the model is linear only near one."""
     many_names: int = 4
     """Names in a set from which on what has no name is tried in the place of all of them,"""

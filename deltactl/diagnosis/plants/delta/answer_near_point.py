@@ -8,10 +8,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import chdtrc
 
 from deltactl.diagnosis.answer.finding import Finding, ParameterResult
 from deltactl.diagnosis.answer.picture import Channel, Picture
-from deltactl.diagnosis.answer.records import NotTestable
+from deltactl.diagnosis.answer.records import AllowedFor, NotTestable
 from deltactl.diagnosis.answer.verdict import Rest
 from deltactl.diagnosis.assessment.intervals import parameters, spreads
 from deltactl.diagnosis.assessment.options import ASSESSMENT
@@ -25,7 +27,6 @@ from deltactl.diagnosis.observations.largest_noise import (
 )
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.delta.built_loosely import allowed_for
 from deltactl.diagnosis.plants.delta.jumps import TIME, Jump, jumps, late_of
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise, in_figures
 from deltactl.diagnosis.plants.delta.point import (
@@ -38,6 +39,7 @@ from deltactl.diagnosis.plants.delta.point import (
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.delta.what_it_follows import Followed
+from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.regression import (
     Draws,
     RegressionPlant,
@@ -170,8 +172,9 @@ class AnswerNearPoint(RegressionPlant):
         tolerances = self.recorded.model.tolerances
         allowed = allowed_for(tolerances, sizes, known) if loose else []
         return {
-            "loosely_built": loose or self.recorded.model.loosely_built, "allowed_for": allowed,
-        }  # fmt: skip
+            "loosely_built": loose or self.recorded.model.loosely_built,
+            "allowed_for": allowed,
+        }
 
     def described(
         self, finding: Finding, keys: Sequence[str], best: Explanation, without: Explanation
@@ -217,10 +220,8 @@ class AnswerNearPoint(RegressionPlant):
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
         """What bounds the noise of the channels that figures are of; see `RegressionPlant`."""
-        channels, groups = (
-            side_by_side(left, self.count),
-            np.cumsum(self.readings.fresh).astype(np.intp),
-        )
+        channels = side_by_side(left, self.count)
+        groups = np.cumsum(self.readings.fresh).astype(np.intp)
         bounds = []
         for column in np.flatnonzero(in_figures(self.readings)):
             read = np.flatnonzero(self.recorded.valid[:, column])
@@ -228,12 +229,10 @@ class AnswerNearPoint(RegressionPlant):
             if seen is None:
                 return None
             bounds.append(Bound(seen, remembering(seen.angle)))
-        kinds = bounds[0].shapes.shape[1]
-        wide = [np.zeros((len(one.seen.angle), len(bounds) * kinds)) for one in bounds]
-        for number, (one, shapes) in enumerate(zip(bounds, wide, strict=True)):
-            shapes[:, number * kinds : (number + 1) * kinds] = one.shapes
-        each = [Bound(one.seen, shapes) for one, shapes in zip(bounds, wide, strict=True)]
-        return NoiseBounds(each, np.full(len(bounds) * kinds, 1.0 / len(bounds)))
+        every = block_diag(*(one.shapes for one in bounds))
+        parts = np.split(every, np.cumsum([len(one.shapes) for one in bounds])[:-1])
+        own = [Bound(one.seen, part) for one, part in zip(bounds, parts, strict=True)]
+        return NoiseBounds(own, np.full(every.shape[1], 1.0 / len(bounds)))
 
     def drawn(self, picture: Picture) -> Picture:
         """A channel for each sensor, with what a sensor repeated where it did."""
@@ -246,12 +245,16 @@ class AnswerNearPoint(RegressionPlant):
         observed = np.where(readings.valid, readings.values, np.nan)
         channels = [
             Channel(
-                name=name, unit=readings.units[i], observed=observed[:, i], before=before[:, i],
-                after=after[:, i], noise=noises[i].spread,
+                name=name,
+                unit=readings.units[i],
+                observed=observed[:, i],
+                before=before[:, i],
+                after=after[:, i],
+                noise=noises[i].spread,
                 counted=self.recorded.valid[:, i].astype(np.float64),
             )
             for i, name in enumerate(readings.names)
-        ]  # fmt: skip
+        ]
         follows = self.recorded.model.covariates()
         update = {"t_s": readings.t_s, "channels": channels, "covariates": follows}
         return picture.model_copy(update=update)
@@ -265,3 +268,37 @@ class AnswerNearPoint(RegressionPlant):
             for one in self.recorded.model.candidates
             if key_of(one) not in seen and not one.members
         ]
+
+
+def allowed_for(
+    tolerances: Sequence[Nuisance], sizes: dict[str, FloatArray], known: dict[str, FloatArray]
+) -> list[AllowedFor]:
+    """Tolerances that are clearly not nothing, the one farthest off first.
+
+    sizes: fitted (k,), with their covariances (k, k), by the names of the free columns.
+    """
+    found = []
+    for nuisance in tolerances:
+        candidate, key = nuisance.term.candidate, key_of(nuisance.term.candidate)
+        off, covariance = sizes.get(key, np.zeros(0)), known.get(key, np.zeros((0, 0)))
+        if len(off) != len(candidate.moved) or not _clear(off, covariance):
+            continue
+        at = nuisance.term.at.copy()
+        at[candidate.moved] += off
+        usual = PENALTIES.within * max(nuisance.spread)
+        found.append(
+            AllowedFor(
+                effect=candidate.effect,
+                component=candidate.component,
+                parameters=parameters(nuisance.term.moved_to(at), covariance),
+                usual=usual,
+                times_usual=float(np.linalg.norm(off)) / usual,
+            )
+        )
+    return sorted(found, key=lambda one: -one.times_usual)
+
+
+def _clear(off: FloatArray, covariance: FloatArray) -> bool:
+    """Whether fitted numbers (k,) are as far off nothing as chance hardly brings them."""
+    gain = float(off @ np.linalg.pinv(covariance, hermitian=True) @ off)
+    return bool(chdtrc(len(off), gain) < chdtrc(1, ASSESSMENT.clearly_off**2))

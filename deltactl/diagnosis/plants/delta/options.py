@@ -43,6 +43,9 @@ class DeltaFitOptions:
     most_steps: int = 12
     """Steps at which the fit of a set is given up."""
 
+    at_once: int = 4
+    """Effects that are added near one point; further ones near the next."""
+
     # Jumps.
     edge: float = 0.02
     """Share of the recording at either end, in which a jump is an offset or nothing."""
@@ -113,11 +116,11 @@ class ProcessOptions:
     """Between which a process is a straight line: a few to the shortest length."""
     lengths: tuple[float, ...] = (1.0, 0.4, 0.15, 0.06)
     """Of the kernel, as shares of the covariate's range: from one bend to a dozen."""
-    sizes: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
+    ratios: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
     """Sizes that are tried, in standard deviations to which the best seen shape is known."""
     least_share: float = 1e-5
     """Share of the kernel's largest direction below which others count for nothing."""
-    least_seen: float = 1e-3
+    least_chi2: float = 1e-3
     """Chi-square of a usual size below which a direction of it is left out: nothing shows it."""
     least_move: float = 0.02
     """Share of a covariate's range by which it moves before the way it came is another."""

@@ -39,11 +39,7 @@ from deltactl.diagnosis.plants.delta.point import (
 from deltactl.diagnosis.plants.delta.prior_odds import left_by, named_regressor, unknown_regressor
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-    Regressor,
-    Sizes,
-)
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.models.effects.kind import EXACT
@@ -54,6 +50,7 @@ class DeltaPlant(AnswerNearPoint):
 
     averages = True
     messy = True
+    at_once = DELTA_FITS.at_once
     _only_careful = False
 
     def __init__(
@@ -98,6 +95,12 @@ class DeltaPlant(AnswerNearPoint):
     def own_noise(self) -> ChannelsNoise:
         """With what effects leave that act now and then only, and are messy where they do."""
         return self._with_discrepancy(self.plain_noise)
+
+    def noise_over(self, plants: Sequence[RegressionPlant]) -> ChannelsNoise:
+        """With what local effects at work near any of these points leave."""
+        noise, deltas = self.plain_noise, [one for one in plants if isinstance(one, DeltaPlant)]
+        scales = [one._with_discrepancy(noise).scale for one in deltas]
+        return replace(noise, scale=np.min(scales, axis=0))
 
     def _with_discrepancy(self, noise: ChannelsNoise) -> ChannelsNoise:
         scale = noise.scale
@@ -276,8 +279,8 @@ class DeltaPlant(AnswerNearPoint):
 
     def is_messy(self, keys: frozenset[str]) -> bool:
         """Whether any of a set may leave more than its geometry does."""
-        if self._measured or len(keys) < 2:
-            return bool(self._measured)
+        if self._measured:
+            return True
         named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
         return any(one.elsewhere > EXACT or one.leads_to for one in named)
 
@@ -291,19 +294,38 @@ class DeltaPlant(AnswerNearPoint):
                 found[key_of(term.candidate)] = term.candidate, float(own @ own)
         return found
 
-    def charged(self, gains: Mapping[str, tuple[float, float]]) -> float:
+    def power(self, key: str) -> float:
+        """See `RegressionPlant`: of an effect at the point, or where it would fit best."""
+        if key not in self.near:
+            return 0.0
+        if key not in self._powers:
+            near = self.near[key]
+            own = near.slopes @ near.away if near.whole is None else near.whole
+            if key in self.at_work:
+                others = [one for one in self.around.terms if one is not near.term]
+                own = self.around.predicted - self.around.with_terms(others)
+            white = self.own_noise.whiten(own)
+            self._powers[key] = float(white @ white)
+        return self._powers[key]
+
+    @cached_property
+    def _powers(self) -> dict[str, float]:
+        return {}
+
+    def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
         of the file in all names but their own.
 
-        gains: what each adds to the fit, and does by itself. A bearing, a spring or a stop is
-        messier than any operator with two numbers (`Discrepancy`).
+        gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
+        any operator with two numbers (`Discrepancy`).
         """
         total = 0.0
-        for key, (gain, own) in gains.items():
+        for key, gain in gains.items():
+            own = self.power(key)
             larger = [
-                (self.candidates[other], power)
-                for other, (_, power) in gains.items()
-                if other in self.candidates and (power > own or key in self.unknown)
+                (self.candidates[other], self.power(other))
+                for other in gains
+                if other in self.candidates and (self.power(other) > own or key in self.unknown)
             ]
             larger += self._measured.values() if key and key not in self._measured else ()
             left = sum(self._left_by(one, key) * power for one, power in larger)

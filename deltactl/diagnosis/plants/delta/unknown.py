@@ -63,7 +63,7 @@ class Process:
         over = self.over(model.covariates()[self.covariate])
         change = model.inputs()[self.location]
         values = end_to_end(change[:, :, None] * over[:, None, :])
-        lasts = self.covariate != "time"
+        lasts = not self.rate_hz  # the phase is another one each time
         return Columns(values, np.ones(values.shape[1]), lasts=lasts)
 
 
@@ -80,20 +80,20 @@ class Processes:
         varying = {n: x for n, x in covariates.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
         knots = {n: _knots(x) for n, x in varying.items()}
         empty = np.zeros((PROCESSES.knots, 0))
-        self._every: list[Ways] = []
+        self.every: list[Ways] = []
         hats = {n: _hats(x, knots[n], False) for n, x in varying.items()}
         for location in model.inputs():
             for name in varying:
                 if sensible(location, name):
                     one = Process(location, name, False, knots[name], empty)
-                    self._every.append((one, hats[name]))
+                    self.every.append((one, hats[name]))
             own = own_place(location)
             if own in varying:
                 one = Process(location, own, True, knots[own], empty)
-                self._every.append((one, _hats(varying[own], knots[own], True)))
+                self.every.append((one, _hats(varying[own], knots[own], True)))
 
     def __len__(self) -> int:
-        return len(self._every) + len(self.model.inputs())
+        return len(self.every) + len(self.model.inputs())
 
     def remembering(self, one: Process) -> list[Ways]:
         """Processes at a place over earlier values of a covariate, and over the way it came."""
@@ -121,7 +121,7 @@ class Processes:
         found = []
         if among is None:
             rest = white - free @ taken.sizes(white)
-            among = [*self._every, *(w for n in inputs for w in self._waves(noise, rest, n))]
+            among = [*self.every, *(w for n in inputs for w in self._waves(noise, rest, n))]
         for process, hats in among:
             column = csr_array(operators[process.location] @ hats)
             share = taken.root_of(np.asarray((column.T @ free).T))
@@ -173,13 +173,13 @@ def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Pro
         values = np.maximum(values, 0.0)
         seen = (vectors.T @ (shapes.T @ along)) ** 2
         usual = float(np.sqrt(max(values.max(), 1e-300)))
-        for ratio in PROCESSES.sizes:
+        for ratio in PROCESSES.ratios:
             power = (ratio / usual) ** 2
             each = seen * power / (1.0 + power * values) - np.log1p(power * values)
             gain = 0.5 * float(each.sum())
             gains.append(gain)
             if gain > best[0]:
-                seen_at_all = power * values > PROCESSES.least_seen
+                seen_at_all = power * values > PROCESSES.least_chi2
                 best = gain, shapes @ vectors[:, seen_at_all] * (ratio / usual)
     if best[0] <= 0.0:
         return None

@@ -17,12 +17,12 @@ from deltactl.diagnosis.answer.finding import ParameterResult, Table
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.evidence.laplace import Explanation
-from deltactl.diagnosis.pipelines.options import UNKNOWN
 from deltactl.diagnosis.plants.delta.model import unit_at
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.recorded import Recorded
-from deltactl.diagnosis.plants.delta.unknown import Process
+from deltactl.diagnosis.plants.delta.unknown import Process, Ways
+from deltactl.diagnosis.plants.options import UNKNOWN
 
 
 class Followed:
@@ -84,14 +84,11 @@ class Followed:
         (one, *more) = self.processes
         if more or one.rate_hz:
             return []
-        every = [x for x in self._probable(self.without) if not x.rate_hz]
-        own = [x for x in every if (x.location, x.two_way) == (one.location, one.two_way)]
-        least = max((x.gain for x in own if x.covariate == one.covariate), default=math.inf)
-        return [
-            x.covariate
-            for x in own
-            if x.covariate != one.covariate and x.gain > least - PROCESSES.tied
-        ]
+        every = self.recorded.processes.every
+        alike = [x for x in every if (x[0].location, x[0].two_way) == (one.location, one.two_way)]
+        gains = {x.covariate: x.gain for x in self._probable(self.without, alike)}
+        least = gains.pop(one.covariate, math.inf) - PROCESSES.tied
+        return [covariate for covariate, gain in gains.items() if gain > least]
 
     def _has_memory(self) -> bool | None:
         """Whether the past matters; None where too little is there to rule a memory out, and for
@@ -110,6 +107,6 @@ class Followed:
             return True
         return False if least > surely else None
 
-    def _probable(self, beside: Explanation, among: Any = None) -> list[Process]:
+    def _probable(self, beside: Explanation, among: Sequence[Ways]) -> list[Process]:
         known = self.recorded.processes
         return known.probable(self.noise, beside.residual, beside.tangent, among)
