@@ -295,7 +295,11 @@ class DeltaPlant(AnswerNearPoint):
         return found
 
     def power(self, key: str) -> float:
-        """See `RegressionPlant`: of an effect at the point, or where it would fit best."""
+        """See `RegressionPlant`: of an effect at the point, or where it would fit best; of what is
+        always fitted, that of the file's effects.
+        """
+        if not key:
+            return sum(power for _, power in self._measured.values())
         if key not in self.near:
             return 0.0
         if key not in self._powers:
