@@ -47,15 +47,17 @@ class Absorbed:
 class Starts:
     """Scores of all shapes of candidates, from columns around nothing."""
 
-    def __init__(self, around: Around, candidates: Sequence[Candidate]):
+    def __init__(self, around: Around):
         self._columns: dict[str, list[tuple[Shape, FloatArray]]] = {}
         self._straight: dict[str, FloatArray] = {}
         self._around = around
-        for candidate in candidates:
-            if not is_straight(candidate):
-                shapes = candidate.shapes
-                each = [(shape, _raw(around, candidate, shape)) for shape in shapes]
-                self._columns[key_of(candidate)] = [one for one in each if np.any(one[1])]
+
+    def _shapes(self, candidate: Candidate) -> list[tuple[Shape, FloatArray]]:
+        key = key_of(candidate)
+        if key not in self._columns:
+            each = [(shape, _raw(self._around, candidate, shape)) for shape in candidate.shapes]
+            self._columns[key] = [one for one in each if np.any(one[1])]
+        return self._columns[key]
 
     def straight(self, candidate: Candidate) -> FloatArray:
         """Derivatives (n c, k) of a straight one: elsewhere they hardly differ, and once it is
@@ -73,7 +75,7 @@ class Starts:
         """Gain and place (k,) of starts, the best first."""
         found = []
         of_left = taken.share(left)
-        for shape, raw in self._columns.get(key_of(candidate), []):
+        for shape, raw in self._shapes(candidate):
             white = noise.whiten(raw.astype(np.float64))
             share = taken.share(white)
             gram = white.T @ white - share.T @ share
