@@ -52,7 +52,7 @@ class Near:
 
     @property
     def prior(self) -> SizePrior:
-        """Of the moved coordinates."""
+        """Prior of the moved coordinates."""
         return prior_of(self.term.candidate)
 
     @property
