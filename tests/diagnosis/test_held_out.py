@@ -28,10 +28,9 @@ def fit(delta: DeltaRobot, seen: FlatRecording, *held_out: FlatRecording) -> Fit
 
 
 def unlike(recording: FlatRecording, rows: slice, by_m: float) -> FlatRecording:
-    """With all sensors off by so much in these rows."""
+    """With the z sensor off by so much in these rows."""
     columns = {name: values.copy() for name, values in recording.columns.items()}
-    for axis in "xyz":
-        columns[f"range_{axis}"][rows] += by_m
+    columns["range_z"][rows] += by_m
     return replace(recording, columns=columns)
 
 
@@ -56,7 +55,7 @@ def test_what_is_wrong_in_one_part_is_not_foretold_by_the_others(
     delta: DeltaRobot, record: Record
 ) -> None:
     seen = record(seconds=SECONDS)
-    found = fit(delta, unlike(seen, slice(4 * len(seen) // 5, None), 0.05))
+    found = fit(delta, unlike(seen, slice(4 * len(seen) // 5, None), 0.02))
     assert found.holdout_rms_after_m > 2.0 * found.rms_after_m
 
 

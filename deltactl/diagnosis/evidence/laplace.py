@@ -346,7 +346,8 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
-        charged = self._charged(target, blocks, taken) if self.plant.is_messy(keys) else 0.0
+        messy = self.plant.is_messy(keys)
+        charged = self._charged(target, blocks, taken, known) if messy else 0.0
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -359,11 +360,12 @@ class Laplace:
             products=lambda: gram if moved else self._gram(blocks, taken),
         )  # fmt: skip
 
-    def _charged(self, target: Target, blocks: list[Block], taken: IntArray) -> float:
+    def _charged(
+        self, target: Target, blocks: list[Block], taken: IntArray, known: FloatArray
+    ) -> float:
         """Chi-square that is no evidence for a set, by what each regressor adds to those that do
-        more.
+        more. known: inverse covariance (p, p) of its sizes.
         """
-        _, _, known = self._most_probable(target, blocks, taken)
         share = target.share(blocks)
         share[taken] = 0.0
         ends = np.cumsum([0, *(shape.shape[1] for _, shape in blocks)])
@@ -376,7 +378,8 @@ class Laplace:
             free = within[parts[""]].all()
             size = self._within_tolerance(gram, along) if free else np.linalg.solve(gram, along)
             rest = target.power - float(size @ (2.0 * along - gram @ size))
-            gains[key], left = left - rest, rest
+            # tolerances at their bounds may fit worse than none
+            gains[key], left = max(left - rest, 0.0), rest
         return self.plant.charged(gains)
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
@@ -400,9 +403,12 @@ class Laplace:
         found, built_so = set(), set()
         for key in keys:
             regressor = self.by_key[key]
+            if not regressor.as_built and not regressor.built_so:
+                found.add(key)
+                continue
             sizes = [*linear[key], *(point[f"{key}.{size.name}"] for size in regressor.sizes)]
             size = float(np.linalg.norm(sizes) if regressor.unknown else np.abs(sizes).sum())
-            if not regressor.as_built or size > regressor.as_built:
+            if size > regressor.as_built:
                 found.add(key)
             if size <= regressor.built_so:
                 built_so.add(key)

@@ -212,6 +212,8 @@ class RegressionPlant:
     """Whether effects may leave some of the shapes of others, see `charged`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    at_once = math.inf
+    """Regressors that are added near one point: of more, some make up for what is not linear."""
     own_noise: Any = None
     """The noise under which a plant that is linear near a point only was made."""
     stale: Sequence[Stale] = ()
@@ -347,6 +349,10 @@ class RegressionPlant:
     def opened(self) -> RegressionPlant | None:
         """The same with what has no name as well, where any of it may be; else None."""
         return None
+
+    def noise_over(self, plants: Sequence[RegressionPlant]) -> Any:
+        """Noise under which sets near the points of several plants are compared."""
+        return self.own_noise
 
     def built(self) -> Sequence[tuple[float, RegressionPlant]]:
         """The same as if it had been built with other care, each with its log prior odds."""

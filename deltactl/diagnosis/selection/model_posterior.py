@@ -78,14 +78,17 @@ class HillClimb:
         kept_too = [r for r in evidence.plant.regressors if r.key in kept]
         self._all = {r.key: r for r in (*chosen, *kept_too)}
 
-    def run(self, start: frozenset[str] = frozenset()) -> Posterior:
-        """From what is kept, and a set to begin with, to where no move is better."""
+    def run(self, start: frozenset[str] = frozenset(), better_than: float = -np.inf) -> Posterior:
+        """From what is kept, and a set to begin with, to where no move is better.
+
+        better_than: log evidence of another plant; nothing is exchanged far below it.
+        """
         here = self.evidence(self.kept | start, [self.evidence(self.kept)])
-        while (better := self._better(here)) is not None:
+        while (better := self._better(here, better_than - SELECTION.window)) is not None:
             here = better
         return posterior(self._mine())
 
-    def _better(self, here: Explanation) -> Explanation | None:
+    def _better(self, here: Explanation, least: float) -> Explanation | None:
         """The best set one move away; None where none is better.
 
         A large set has many exchanges, which seldom hold while additions still help: they are tried
@@ -99,6 +102,8 @@ class HillClimb:
             best = max(tried, key=lambda e: e.log_evidence, default=here)
             if best.log_evidence > here.log_evidence + SELECTION.better_by:
                 return best
+            if here.log_evidence < least:
+                return None
         return None
 
     def _mine(self) -> list[Explanation]:
@@ -111,6 +116,8 @@ class HillClimb:
             one = self._all[key]
             if one.beside and not keys & set(one.beside):
                 return False
+        if len(keys - self.evidence.plant.point) > self.evidence.plant.at_once:
+            return False
         each = Counter(self._all[key].component for key in keys)
         return max(each.values(), default=0) <= SELECTION.most_regressors
 

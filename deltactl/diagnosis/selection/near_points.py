@@ -6,6 +6,8 @@ which is the next point; sets that were fitted to their end count by that fit.
 
 from __future__ import annotations
 
+import numpy as np
+
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.regression import RegressionPlant
@@ -33,26 +35,33 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     """
     first = _as_built(plant)
     many = len(first[2].best.keys) >= SELECTION.many_names or first[0].odds_of_care < 0.0
-    instead = _in_place_of_names(plant) if many else None
-    if instead is not None and _has_unknown(instead):
+    opened = plant.opened() if first[2].best.keys else None
+    rivals = opened is not None and (many or _rivals(opened, first))
+    instead = _in_place_of_names(opened) if opened is not None and rivals else None
+    if many and instead is not None and _has_unknown(instead):
         return instead
     named = _as_careful(_settled(plant, first))
     progress("what the named effects leave")
     beside = named[0].opened()
-    if beside is None:
-        return named
-    if instead is None and named[0].point:
-        instead = _in_place_of_names(plant)
-    found = [one for one in (named, _settled(beside), instead) if one is not None]
-    noise = found[-1][0].own_noise
+    more = beside is not None or len(named[0].point) >= SELECTION.many_names
+    if more and opened is not None and not rivals:
+        instead = _in_place_of_names(opened)
+    found = [named] if instead is None else [named, instead]
+    if beside is not None:
+        found.append(_settled(beside))
+    noise = found[-1][0].noise_over([plant for plant, *_ in found])
     return max(found, key=lambda one: _weighed(one, noise))
 
 
-def _in_place_of_names(plant: RegressionPlant) -> Found | None:
-    """Chosen from nothing on, with what has no name; None where none of it may be."""
-    opened = plant.opened()
-    if opened is None:
-        return None
+def _rivals(opened: RegressionPlant, named: Found) -> bool:
+    """Whether something without a name explains by itself about as much as all names."""
+    evidence = Laplace(opened, named[1].noise)
+    alone = [evidence([one.key]).log_evidence for one in opened.regressors if one.unknown]
+    return max(alone) > named[2].best.log_evidence - SELECTION.window
+
+
+def _in_place_of_names(opened: RegressionPlant) -> Found | None:
+    """Chosen from nothing on, with what has no name; None where none of it is."""
     first = _as_built(opened)
     return _settled(opened, first) if _has_unknown(first) else None
 
@@ -77,7 +86,8 @@ def _as_careful(found: Found) -> Found:
     if careful is None:
         return found
     other = _settled(careful)
-    return max(found, other, key=lambda one: _weighed(one, found[0].own_noise))
+    noise = found[0].noise_over([found[0], other[0]])
+    return max(found, other, key=lambda one: _weighed(one, noise))
 
 
 def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
@@ -96,7 +106,7 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
             break
         plant = plant.moved_to(found.best)
         visited[named] = plant
-    noise = plant.own_noise
+    noise = plant.noise_over(list(visited.values()))
     tried = []
     for one in visited.values():
         evidence = Laplace(one, noise)
@@ -113,7 +123,8 @@ def _as_built(plant: RegressionPlant) -> Found:
         if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
             break
         evidence = Laplace(one, plant.own_noise, alike=tried[0][2] if tried else None)
-        found = HillClimb(evidence).run(start)
+        so_far = max((each[0] for each in tried), default=-np.inf)
+        found = HillClimb(evidence).run(start, so_far - odds)
         start = found.best.keys
         tried.append((odds + found.best.log_evidence, one, evidence, found))
     return max(tried, key=lambda each: each[0])[1:]

@@ -43,6 +43,9 @@ class DeltaFitOptions:
     most_steps: int = 12
     """Steps at which the fit of a set is given up."""
 
+    at_once: int = 4
+    """Effects that are added near one point; further ones near the next."""
+
     # Jumps.
     edge: float = 0.02
     """Share of the recording at either end, in which a jump is an offset or nothing."""

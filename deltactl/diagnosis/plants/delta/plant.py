@@ -39,11 +39,7 @@ from deltactl.diagnosis.plants.delta.point import (
 from deltactl.diagnosis.plants.delta.prior_odds import left_by, named_regressor, unknown_regressor
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-    Regressor,
-    Sizes,
-)
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.models.effects.kind import EXACT
@@ -54,6 +50,7 @@ class DeltaPlant(AnswerNearPoint):
 
     averages = True
     messy = True
+    at_once = DELTA_FITS.at_once
     _only_careful = False
 
     def __init__(
@@ -98,6 +95,12 @@ class DeltaPlant(AnswerNearPoint):
     def own_noise(self) -> ChannelsNoise:
         """With what effects leave that act now and then only, and are messy where they do."""
         return self._with_discrepancy(self.plain_noise)
+
+    def noise_over(self, plants: Sequence[RegressionPlant]) -> ChannelsNoise:
+        """With what local effects at work near any of these points leave."""
+        noise, deltas = self.plain_noise, [one for one in plants if isinstance(one, DeltaPlant)]
+        scales = [one._with_discrepancy(noise).scale for one in deltas]
+        return replace(noise, scale=np.min(scales, axis=0))
 
     def _with_discrepancy(self, noise: ChannelsNoise) -> ChannelsNoise:
         scale = noise.scale

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def key_of(candidate: Candidate) -> str:
     return " ".join(candidate.key)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Near:
     """A term near a point: where it was linearised, and what one unit of each direction does.
 
@@ -50,12 +51,12 @@ class Near:
     slopes: FloatArray
     whole: FloatArray | None
 
-    @property
+    @cached_property
     def prior(self) -> SizePrior:
         """Prior of the moved coordinates."""
         return prior_of(self.term.candidate)
 
-    @property
+    @cached_property
     def away(self) -> FloatArray:
         """Sizes (k,) from where the effect does nothing; 0 of what is no size."""
         candidate = self.term.candidate
