@@ -122,7 +122,7 @@ class DeltaPlant(AnswerNearPoint):
 
     @cached_property
     def plain_noise(self) -> ChannelsNoise:
-        """Of what all columns together leave; that of an earlier point once it was made at two."""
+        """Noise that all columns leave; that of an earlier point once it was made at two."""
         before = self._before
         if before is not None and self._like(before) and before._like(before._before):
             return before.plain_noise
