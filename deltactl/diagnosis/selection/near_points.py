@@ -1,10 +1,12 @@
 """Selection where all is linear near a point only: choose there, fit to the end, columns anew.
 
-A plant that is linear everywhere has one point. Of another, the chosen set is fitted to its end,
+A plant that is linear everywhere has one point. For any other, the chosen set is fitted to its end,
 which is the next point; sets that were fitted to their end count by that fit.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -34,30 +36,35 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     Names first; then what has no name competes with them, beside the names and in their place.
     """
     first = _as_built(plant)
-    many = len(first[2].best.keys) >= SELECTION.many_names or first[0].odds_of_care < 0.0
-    opened = plant.opened() if first[2].best.keys else None
-    rivals = opened is not None and (many or _rivals(opened, first))
-    instead = _in_place_of_names(opened) if opened is not None and rivals else None
-    if many and instead is not None and _has_unknown(instead):
-        return instead
     named = _as_careful(_settled(plant, first))
     progress("what the named effects leave")
-    beside = named[0].opened()
-    more = beside is not None or len(named[0].point) >= SELECTION.many_names
-    if more and opened is not None and not rivals:
+    beside, opened = named[0].opened(), plant.opened() if named[0].point else None
+    found = [named]
+    if opened is not None and (beside is not None or _rivals(opened, first, named)):
         instead = _in_place_of_names(opened)
-    found = [named] if instead is None else [named, instead]
+        if instead is not None and _better([named, instead]) is instead:
+            return instead
     if beside is not None:
         found.append(_settled(beside))
+    return _better(found)
+
+
+def _better(found: Sequence[Found]) -> Found:
+    """The one whose best set has most evidence under one noise."""
     noise = found[-1][0].noise_over([plant for plant, *_ in found])
     return max(found, key=lambda one: _weighed(one, noise))
 
 
-def _rivals(opened: RegressionPlant, named: Found) -> bool:
-    """Whether something without a name explains by itself about as much as all names."""
-    evidence = Laplace(opened, named[1].noise)
+def _rivals(opened: RegressionPlant, first: Found, named: Found) -> bool:
+    """Whether what has no name may be in the place of names: of many, or of tolerances, or where
+    something without a name explains by itself more than all of them.
+    """
+    many = max(len(first[2].best.keys), len(named[0].point)) >= SELECTION.many_names
+    if many or first[0].odds_of_care < 0.0:
+        return True
+    evidence = Laplace(opened, first[1].noise)
     alone = [evidence([one.key]).log_evidence for one in opened.regressors if one.unknown]
-    return max(alone) > named[2].best.log_evidence - SELECTION.window
+    return max(alone) > first[2].best.log_evidence
 
 
 def _in_place_of_names(opened: RegressionPlant) -> Found | None:
@@ -85,9 +92,7 @@ def _as_careful(found: Found) -> Found:
     careful = found[0].carefully()
     if careful is None:
         return found
-    other = _settled(careful)
-    noise = found[0].noise_over([found[0], other[0]])
-    return max(found, other, key=lambda one: _weighed(one, noise))
+    return _better([_settled(careful), found])
 
 
 def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:

@@ -1,6 +1,6 @@
 """Where each effect would fit best by itself, beside what is at work at a point.
 
-An effect that is linear in its size needs no fit. Of the others the cards have shapes to start
+An effect that is linear in its size needs no fit. For the others the cards have shapes to start
 from: the one whose score is best begins a few Gauss-Newton steps in all moved coordinates, with
 tolerances and the sizes of what is at work free.
 """
@@ -39,7 +39,7 @@ class Absorbed:
         return found
 
     def sizes(self, white: FloatArray) -> FloatArray:
-        """Of the columns, (p, ...)."""
+        """Sizes of the columns, (p, ...)."""
         found: FloatArray = cho_solve((self._root, True), self._columns.T @ white)
         return found
 
@@ -47,15 +47,17 @@ class Absorbed:
 class Starts:
     """Scores of all shapes of candidates, from columns around nothing."""
 
-    def __init__(self, around: Around, candidates: Sequence[Candidate]):
+    def __init__(self, around: Around):
         self._columns: dict[str, list[tuple[Shape, FloatArray]]] = {}
         self._straight: dict[str, FloatArray] = {}
         self._around = around
-        for candidate in candidates:
-            if not is_straight(candidate):
-                shapes = candidate.shapes
-                each = [(shape, _raw(around, candidate, shape)) for shape in shapes]
-                self._columns[key_of(candidate)] = [one for one in each if np.any(one[1])]
+
+    def _shapes(self, candidate: Candidate) -> list[tuple[Shape, FloatArray]]:
+        key = key_of(candidate)
+        if key not in self._columns:
+            each = [(shape, _raw(self._around, candidate, shape)) for shape in candidate.shapes]
+            self._columns[key] = [one for one in each if np.any(one[1])]
+        return self._columns[key]
 
     def straight(self, candidate: Candidate) -> FloatArray:
         """Derivatives (n c, k) of a straight one: elsewhere they hardly differ, and once it is
@@ -73,7 +75,7 @@ class Starts:
         """Gain and place (k,) of starts, the best first."""
         found = []
         of_left = taken.share(left)
-        for shape, raw in self._columns.get(key_of(candidate), []):
+        for shape, raw in self._shapes(candidate):
             white = noise.whiten(raw.astype(np.float64))
             share = taken.share(white)
             gram = white.T @ white - share.T @ share

@@ -122,7 +122,7 @@ class DeltaPlant(AnswerNearPoint):
 
     @cached_property
     def plain_noise(self) -> ChannelsNoise:
-        """Of what all columns together leave; that of an earlier point once it was made at two."""
+        """Noise that all columns leave; that of an earlier point once it was made at two."""
         before = self._before
         if before is not None and self._like(before) and before._like(before._before):
             return before.plain_noise
@@ -321,10 +321,13 @@ class DeltaPlant(AnswerNearPoint):
         of the file in all names but their own.
 
         gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
-        any operator with two numbers (`Discrepancy`).
+        any operator with two numbers (`Discrepancy`). What the most careful building leaves any
+        machine has: it is no explanation.
         """
-        total = 0.0
+        total, careful = 0.0, self.careful == PENALTIES.most_careful
         for key, gain in gains.items():
+            if not key and careful:
+                continue
             own = self.power(key)
             larger = [
                 (self.candidates[other], self.power(other))
@@ -362,11 +365,15 @@ class DeltaPlant(AnswerNearPoint):
         if self._only_careful:
             return [(0.0, self)]
         for care in PENALTIES.care:
-            other = copy(self)
-            other.careful = care
-            other.__dict__.pop("_free", None)
+            other = self._with_care(care)
             found.append((other.odds_of_care, self if care == self.careful else other))
         return found
+
+    def _with_care(self, care: float) -> DeltaPlant:
+        other = copy(self)
+        other.careful = care
+        other.__dict__.pop("_free", None)
+        return other
 
     @property
     def odds_of_care(self) -> float:
@@ -380,7 +387,7 @@ class DeltaPlant(AnswerNearPoint):
         first = self
         while first._before is not None:
             first = first._before
-        plain = copy(first)
+        plain = first._with_care(PENALTIES.most_careful)
         plain._only_careful = True
         return plain
 

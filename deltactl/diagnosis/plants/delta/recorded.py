@@ -48,7 +48,7 @@ class Recorded:
     @cached_property
     def starts(self) -> Starts:
         """Scores of the shapes of effects."""
-        return Starts(self.nominal, list(self.candidates.values()))
+        return Starts(self.nominal)
 
     @cached_property
     def free(self) -> tuple[FloatArray, FloatArray, list[str], int]:

@@ -122,11 +122,12 @@ class Processes:
         if among is None:
             rest = white - free @ taken.sizes(white)
             among = [*self.every, *(w for n in inputs for w in self._waves(noise, rest, n))]
+        seen = {n: (csr_array(o.T @ o), o.T @ free, o.T @ white) for n, o in operators.items()}
         for process, hats in among:
-            column = csr_array(operators[process.location] @ hats)
-            share = taken.root_of(np.asarray((column.T @ free).T))
-            gram = np.asarray((column.T @ column).toarray()) - share.T @ share
-            along = np.asarray(column.T @ white) - share.T @ of_left
+            power, with_free, with_left = seen[process.location]
+            share = taken.root_of(np.asarray(hats.T @ with_free).T)
+            gram = np.asarray((hats.T @ (power @ hats)).toarray()) - share.T @ share
+            along = np.asarray(hats.T @ with_left) - share.T @ of_left
             best = _most_probable(process, gram, along)
             if best is not None:
                 found.append(best)
