@@ -35,6 +35,7 @@ APART = {
 }
 """Marks of tests that `make test` leaves out, and why."""
 REAL_TIME = (
+    "tests/cli/test_heal_interrupted.py",
     "tests/daemon/test_daemon_end_to_end.py",
     "tests/faults/test_fault_campaign.py",
     "tests/foundation/test_real_clock.py",

@@ -73,6 +73,20 @@ def test_play_that_differs_from_place_to_place(delta: DeltaRobot, record: Record
     assert unknown[0].has_memory
 
 
+def test_what_follows_two_quantities_is_one_finding(delta: DeltaRobot, record: Record) -> None:
+    """A sensor errs over its distance, and over how warm it is."""
+    recording = record(seconds=60.0)
+    seen, t_s = recording.columns["range_y"], recording.t_s
+    turns = (seen - seen.min()) / np.ptp(seen)
+    recording.columns["range_y"] = seen + SIZE_M * (
+        np.sin(2.5 * np.pi * turns) ** 3 + np.sin(3.0 * np.pi * t_s / t_s[-1])
+    )
+    (finding,) = _answer(delta, recording)
+    assert (finding.effect, finding.component) == ("unknown", "range_y")
+    assert {"range_y", "time"} <= set(finding.depends_on)
+    assert finding.table is None
+
+
 def test_on_a_circle_the_angle_and_its_speed_are_tied(delta: DeltaRobot) -> None:
     """An error that follows the size of the speed follows the angle as well there."""
     t_s = 0.02 * np.arange(3000)

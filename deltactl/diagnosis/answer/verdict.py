@@ -110,11 +110,11 @@ def fits_worse(fit: Fit) -> bool:
 
 
 def gained(findings: Sequence[Finding], fit: Fit) -> bool:
-    """Whether the held-out model error fell with the findings; where all of it are events, which do
-    not come back, whether it did not grow.
+    """Whether the held-out model error fell with the findings; where all of them are events, which
+    do not come back, or act at places that another run may not come to, whether it did not grow.
     """
     kinds = [VOCABULARY.get(finding.effect) for finding in findings]
-    if all(kind is not None and kind.event for kind in kinds):
+    if all(kind is not None and (kind.event or kind.local) for kind in kinds):
         return not grew(fit)
     return fit.holdout_rms_after_m < fit.holdout_rms_before_m
 

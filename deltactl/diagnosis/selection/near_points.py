@@ -1,6 +1,6 @@
 """Selection where all is linear near a point only: choose there, fit to the end, columns anew.
 
-A plant that is linear everywhere has one point. Of another, the chosen set is fitted to its end,
+A plant that is linear everywhere has one point. For any other, the chosen set is fitted to its end,
 which is the next point; sets that were fitted to their end count by that fit.
 """
 

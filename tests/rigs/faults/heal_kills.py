@@ -288,14 +288,17 @@ def finish(stand: HealStand, healing: Started) -> None:
 
     Raises AssertionError where it does not heal, or the old file does not come back.
     """
+    good = {"healed"}
     for _ in range(MOST_DISTURBED):
         out, err = healing.communicate(timeout=HEALS_S)
         if healing.returncode == 0:
             break
+        if out and json.loads(out)["outcome"] == "improved":  # its correction is in force
+            good.add("nothing_to_heal")
         stand.make_ready()
         healing = stand.heal()
     assert healing.returncode == 0, err
-    assert json.loads(out)["outcome"] == "healed", out
+    assert json.loads(out)["outcome"] in good, out
     # So short a survey may name another cause for which the correction is the same.
     assert len(yaml.safe_load(stand.robot_file.read_text())["effects"]) == 1
     _undo(stand)

@@ -84,7 +84,7 @@ class AnswerNearPoint(RegressionPlant):
 
     @cached_property
     def _known(self) -> list[tuple[float, FloatArray]]:
-        """Of effects of the robot file that were measured, what each may leave and does (n c,)."""
+        """What each measured effect of the robot file may leave, and does (n c,)."""
         found = []
         for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
             if nuisance.measured:

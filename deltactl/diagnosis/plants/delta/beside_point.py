@@ -1,6 +1,6 @@
 """Where each effect would fit best by itself, beside what is at work at a point.
 
-An effect that is linear in its size needs no fit. Of the others the cards have shapes to start
+An effect that is linear in its size needs no fit. For the others the cards have shapes to start
 from: the one whose score is best begins a few Gauss-Newton steps in all moved coordinates, with
 tolerances and the sizes of what is at work free.
 """
@@ -39,7 +39,7 @@ class Absorbed:
         return found
 
     def sizes(self, white: FloatArray) -> FloatArray:
-        """Of the columns, (p, ...)."""
+        """Sizes of the columns, (p, ...)."""
         found: FloatArray = cho_solve((self._root, True), self._columns.T @ white)
         return found
 

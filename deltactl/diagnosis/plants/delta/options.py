@@ -115,7 +115,7 @@ class ProcessOptions:
     knots: int = 48
     """Between which a process is a straight line: a few to the shortest length."""
     lengths: tuple[float, ...] = (1.0, 0.4, 0.15, 0.06)
-    """Of the kernel, as shares of the covariate's range: from one bend to a dozen."""
+    """Lengths of the kernel, as shares of the covariate's range: from one bend to a dozen."""
     ratios: tuple[float, ...] = (2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
     """Sizes that are tried, in standard deviations to which the best seen shape is known."""
     least_share: float = 1e-5

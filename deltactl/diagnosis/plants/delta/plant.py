@@ -123,7 +123,7 @@ class DeltaPlant(AnswerNearPoint):
 
     @cached_property
     def plain_noise(self) -> ChannelsNoise:
-        """Of what all columns together leave; that of an earlier point once it was made at two."""
+        """Noise that all columns leave; that of an earlier point once it was made at two."""
         before = self._before
         if before is not None and self._like(before) and before._like(before._before):
             return before.plain_noise
@@ -296,7 +296,11 @@ class DeltaPlant(AnswerNearPoint):
         return found
 
     def power(self, key: str) -> float:
-        """See `RegressionPlant`: of an effect at the point, or where it would fit best."""
+        """See `RegressionPlant`: of an effect at the point, or where it would fit best; of what is
+        always fitted, that of the file's effects.
+        """
+        if not key:
+            return sum(power for _, power in self._measured.values())
         if key not in self.near:
             return 0.0
         if key not in self._powers:
@@ -315,7 +319,7 @@ class DeltaPlant(AnswerNearPoint):
 
     def charged(self, gains: Mapping[str, float]) -> float:
         """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
-        of the file in all but their own.
+        of the file in all names but their own.
 
         gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
         any operator with two numbers (`Discrepancy`). What the most careful building leaves any
@@ -331,7 +335,7 @@ class DeltaPlant(AnswerNearPoint):
                 for other in gains
                 if other in self.candidates and (self.power(other) > own or key in self.unknown)
             ]
-            larger += [] if key in self._measured else self._measured.values()
+            larger += self._measured.values() if key and key not in self._measured else ()
             left = sum(self._left_by(one, key) * power for one, power in larger)
             far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
             total += min(left, gain) * far

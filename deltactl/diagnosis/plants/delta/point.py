@@ -53,7 +53,7 @@ class Near:
 
     @cached_property
     def prior(self) -> SizePrior:
-        """Of the moved coordinates."""
+        """Prior of the moved coordinates."""
         return prior_of(self.term.candidate)
 
     @cached_property

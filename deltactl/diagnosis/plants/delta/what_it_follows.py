@@ -48,7 +48,7 @@ class Followed:
         self._unit = unit_at(place)
 
     def fields(self) -> dict[str, Any]:
-        """Of the finding."""
+        """Fields of the finding."""
         tied = self._tied()
         own = [name for one in self.processes for name in one.covariate.split(", ")]
         instead = [name for covariate in tied for name in covariate.split(", ")]
