@@ -347,7 +347,12 @@ class Laplace:
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
         messy = self.plant.is_messy(keys)
-        charged = self._charged(target, blocks, taken, known) if messy else 0.0
+        charged = 0.0
+        if messy:
+            gains = self._gains(target, blocks, taken, known)
+            for key in keys & self.plant.sizeless:  # all of it is in the base
+                gains[key] = max(self(keys - {key}).penalised - penalised, 0.0)
+            charged = self.plant.charged(gains)
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -360,11 +365,12 @@ class Laplace:
             products=lambda: gram if moved else self._gram(blocks, taken),
         )  # fmt: skip
 
-    def _charged(
+    def _gains(
         self, target: Target, blocks: list[Block], taken: IntArray, known: FloatArray
-    ) -> float:
-        """Chi-square that is no evidence for a set, by what each regressor adds to those that do
-        more. known: inverse covariance (p, p) of its sizes.
+    ) -> dict[str, float]:
+        """Chi-square that each regressor adds to those that do more.
+
+        known: inverse covariance (p, p) of the sizes of the set.
         """
         share = target.share(blocks)
         share[taken] = 0.0
@@ -382,7 +388,7 @@ class Laplace:
             rest = target.power - float(size @ (2.0 * along - gram @ size))
             # tolerances at their bounds may fit worse than none
             gains[key], left = max(left - rest, 0.0), rest
-        return self.plant.charged(gains)
+        return gains
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""

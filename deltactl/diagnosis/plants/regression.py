@@ -436,6 +436,11 @@ class RegressionPlant:
         """Whether any of a set may leave some of the shapes of others, see `charged`."""
         return False
 
+    @property
+    def sizeless(self) -> frozenset[str]:
+        """Regressors at work at the point that have no size which could be none."""
+        return frozenset()
+
     def power(self, key: str) -> float:
         """Chi-square of what a regressor does by itself; 0 of what has no size of its own."""
         return 0.0

@@ -295,6 +295,11 @@ class DeltaPlant(AnswerNearPoint):
                 found[key_of(term.candidate)] = term.candidate, float(own @ own)
         return found
 
+    @property
+    def sizeless(self) -> frozenset[str]:
+        """See `RegressionPlant`: a resonance is there, or is not."""
+        return frozenset(key for key in self.at_work if not self.near[key].prior.sizes)
+
     def power(self, key: str) -> float:
         """See `RegressionPlant`: of an effect at the point, or where it would fit best; of what is
         always fitted, that of the file's effects.
