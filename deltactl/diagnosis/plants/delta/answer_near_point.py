@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -26,71 +26,33 @@ from deltactl.diagnosis.observations.largest_noise import (
     spectrum,
 )
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
-from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.jumps import TIME, Jump, jumps, late_of
-from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise, in_figures
+from deltactl.diagnosis.plants.delta.messy_effects import MessyEffects
+from deltactl.diagnosis.plants.delta.noise_of_channels import in_figures
 from deltactl.diagnosis.plants.delta.point import (
-    Around,
     Near,
     coordinate_name,
     key_of,
     side_by_side,
 )
-from deltactl.diagnosis.plants.delta.recorded import Recorded
-from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.delta.what_it_follows import Followed
 from deltactl.diagnosis.plants.nuisance import Nuisance
 from deltactl.diagnosis.plants.regression import (
     Draws,
-    RegressionPlant,
     Shown,
 )
 from deltactl.diagnosis.priors.options import PENALTIES
 
 
-class AnswerNearPoint(RegressionPlant):
+class AnswerNearPoint(MessyEffects):
     """The part of a delta's plant that the answer is made of."""
 
-    recorded: Recorded
-    unknown: Mapping[str, Process]
-    around: Around
-    at_work: dict[str, Term]
-    careful: float
     count: int
-
-    @cached_property
-    def own_noise(self) -> ChannelsNoise:
-        """With what effects leave that act now and then only, and are messy where they do."""
-        raise NotImplementedError
-
-    def left_by_names(self) -> float:
-        """Chi-square that what is at work at the point may leave of any shape."""
-        raise NotImplementedError
 
     @cached_property
     def acting(self) -> dict[str, Near]:
         """What is at work, in its derivatives."""
         raise NotImplementedError
-
-    @cached_property
-    def near(self) -> dict[str, Near]:
-        """Each effect near the point."""
-        raise NotImplementedError
-
-    @cached_property
-    def candidates(self) -> dict[str, Candidate]:
-        """All effects that are looked for."""
-        raise NotImplementedError
-
-    @cached_property
-    def _known(self) -> list[tuple[float, FloatArray]]:
-        """What each measured effect of the robot file may leave, and does (n c,)."""
-        found = []
-        for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
-            if nuisance.measured:
-                share = term.candidate.kind.discrepancy.elsewhere
-                found.append((share, self.around.without_always(term)))
-        return found
 
     @property
     def held(self) -> IntArray:  # type: ignore[override]
@@ -100,12 +62,12 @@ class AnswerNearPoint(RegressionPlant):
     @property
     def left_by_known(self) -> Sequence[tuple[float, FloatArray]]:  # type: ignore[override]
         """See `RegressionPlant`."""
-        return self._known
+        return [(one.kind.discrepancy.elsewhere, own) for one, own in self._of_file]
 
     @property
     def done_by_known(self) -> FloatArray | None:  # type: ignore[override]
         """What all of them do (n c,)."""
-        each = [own for _, own in self._known]
+        each = [own for _, own in self._of_file]
         return np.sum(each, axis=0) if each else None
 
     @cached_property

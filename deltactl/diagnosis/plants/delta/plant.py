@@ -36,20 +36,18 @@ from deltactl.diagnosis.plants.delta.point import (
     key_of,
     side_by_side,
 )
-from deltactl.diagnosis.plants.delta.prior_odds import left_by, named_regressor, unknown_regressor
+from deltactl.diagnosis.plants.delta.prior_odds import named_regressor, unknown_regressor
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
 from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
-from deltactl.models.effects.kind import EXACT
 
 
 class DeltaPlant(AnswerNearPoint):
     """A delta near a point."""
 
     averages = True
-    messy = True
     at_once = DELTA_FITS.at_once
     _only_careful = False
 
@@ -108,8 +106,7 @@ class DeltaPlant(AnswerNearPoint):
         for term in self.at_work.values():
             kind = term.candidate.kind
             if kind.local:
-                others = [one for one in self.around.terms if one is not term]
-                change = self.around.predicted - self.around.with_terms(others)
+                change = self.around.done_by(term)
                 white = noise.whiten(change)
                 left = kind.discrepancy.elsewhere * float(white @ white)
                 acts = np.any(side_by_side(change, self.count) != 0.0, axis=1)
@@ -265,91 +262,6 @@ class DeltaPlant(AnswerNearPoint):
         return any(self.near[key].below_nothing(linear[key]) for key in named) or any(
             self.acting[key].no_machine_has(linear[key]) for key in acting
         )
-
-    def left_by_names(self) -> float:
-        """Chi-square that what is at work at the point, and what the file has from an earlier
-        diagnosis, may leave of any shape.
-        """
-        noise, known = self.own_noise, list(self._measured.values())
-        for key, term in self.at_work.items():
-            if left_by(self.candidates[key], None) > EXACT:
-                others = [one for one in self.around.terms if one is not term]
-                own = noise.whiten(self.around.predicted - self.around.with_terms(others))
-                known.append((term.candidate, float(own @ own)))
-        return sum(PENALTIES.spline_factor * left_by(one, None) * power for one, power in known)
-
-    def is_messy(self, keys: frozenset[str]) -> bool:
-        """Whether any of a set may leave more than its geometry does."""
-        if self._measured:
-            return True
-        named = [self.candidates[key].kind.discrepancy for key in keys if key in self.candidates]
-        return any(one.elsewhere > EXACT or one.leads_to for one in named)
-
-    @cached_property
-    def _measured(self) -> dict[str, tuple[Candidate, float]]:
-        """Effects that the file has from an earlier diagnosis, and the chi-square each explains."""
-        found = {}
-        for nuisance, term in zip(self.recorded.model.nuisances, self.around.always, strict=True):
-            if nuisance.measured:
-                own = self.own_noise.whiten(self.around.without_always(term))
-                found[key_of(term.candidate)] = term.candidate, float(own @ own)
-        return found
-
-    @property
-    def sizeless(self) -> frozenset[str]:
-        """See `RegressionPlant`: a resonance is there, or is not."""
-        return frozenset(key for key in self.at_work if not self.near[key].prior.sizes)
-
-    def power(self, key: str) -> float:
-        """See `RegressionPlant`: of an effect at the point, or where it would fit best; of what is
-        always fitted, that of the file's effects.
-        """
-        if not key:
-            return sum(power for _, power in self._measured.values())
-        if key not in self.near:
-            return 0.0
-        if key not in self._powers:
-            near = self.near[key]
-            own = near.slopes @ near.away if near.whole is None else near.whole
-            if key in self.at_work:
-                others = [one for one in self.around.terms if one is not near.term]
-                own = self.around.predicted - self.around.with_terms(others)
-            white = self.own_noise.whiten(own)
-            self._powers[key] = float(white @ white)
-        return self._powers[key]
-
-    @cached_property
-    def _powers(self) -> dict[str, float]:
-        return {}
-
-    def charged(self, gains: Mapping[str, float]) -> float:
-        """Chi-square that messy effects of a set may leave in the shapes of smaller ones, and those
-        of the file in all names but their own.
-
-        gains: what each adds to those that do more. A bearing, a spring or a stop is messier than
-        any operator with two numbers (`Discrepancy`). What the most careful building leaves any
-        machine has: it is no explanation.
-        """
-        total, careful = 0.0, self.careful == PENALTIES.most_careful
-        for key, gain in gains.items():
-            if not key and careful:
-                continue
-            own = self.power(key)
-            larger = [
-                (self.candidates[other], self.power(other))
-                for other in gains
-                if other in self.candidates and (self.power(other) > own or key in self.unknown)
-            ]
-            larger += self._measured.values() if key and key not in self._measured else ()
-            left = sum(self._left_by(one, key) * power for one, power in larger)
-            far = 1.0 if key in self.unknown else min(left / max(gain, 1e-300), 1.0)
-            total += min(left, gain) * far
-        return total
-
-    def _left_by(self, known: Candidate, new: str) -> float:
-        """Share of what an effect does that it may leave in the shape of a regressor."""
-        share = left_by(known, self.candidates.get(new))
-        return PENALTIES.spline_factor * share if new in self.unknown else share
 
     def terms_of(self, explanation: Explanation) -> list[Term]:
         """A set with the sizes that a linear fit has found."""

@@ -202,6 +202,10 @@ class Around:
         others = [one for one in self.terms if one.candidate is not term.candidate]
         return self.with_terms([*others, term])
 
+    def done_by(self, term: Term) -> FloatArray:
+        """What a term at work does, (n c,)."""
+        return self.predicted - self.with_terms([one for one in self.terms if one is not term])
+
     def without_always(self, term: Term) -> FloatArray:
         """What one of the terms that always act does, (n c,)."""
         others = [one for one in self.always if one is not term]
