@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -189,21 +190,16 @@ def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Pro
     return replace(process, shapes=best[1], gain=best[0], paid=paid)
 
 
+@cache
 def _kernel_shapes(length: float) -> FloatArray:
     """Shapes (knots, k) of the kernel over knots, in standard deviations, for unit size."""
-    kept = _KNOWN.get(length)
-    if kept is None:
-        at = np.linspace(0.0, 1.0, PROCESSES.knots)
-        apart = np.sqrt(5.0) * np.abs(at[:, None] - at) / length
-        kernel = (1.0 + apart + apart**2 / 3.0) * np.exp(-apart)
-        values, vectors = np.linalg.eigh(kernel)
-        own = values > PROCESSES.least_share * values.max()
-        kept = vectors[:, own] * np.sqrt(values[own])
-        _KNOWN[length] = kept
-    return kept
-
-
-_KNOWN: dict[float, FloatArray] = {}
+    at = np.linspace(0.0, 1.0, PROCESSES.knots)
+    apart = np.sqrt(5.0) * np.abs(at[:, None] - at) / length
+    kernel = (1.0 + apart + apart**2 / 3.0) * np.exp(-apart)
+    values, vectors = np.linalg.eigh(kernel)
+    own = values > PROCESSES.least_share * values.max()
+    shapes: FloatArray = vectors[:, own] * np.sqrt(values[own])
+    return shapes
 
 
 def _knots(covariate: FloatArray) -> FloatArray:
