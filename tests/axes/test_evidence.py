@@ -20,7 +20,7 @@ from deltactl.diagnosis.evidence.effective_size import (
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
-from deltactl.diagnosis.plants.regression import Columns, Regressor
+from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor
 from deltactl.diagnosis.plants.spline_terms import less_spanned, spline_basis, spline_over
 from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.next_run import hint
@@ -32,12 +32,10 @@ FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=2.0)
 
 
-class Line:
+class Line(RegressionPlant):
     """A plant of two linear regressors and nothing else."""
 
     unit = "m"
-    rounding = 0.0
-    averages = False
 
     def __init__(self, rng: np.random.Generator, count: int, spread: float):
         self.t_s = np.arange(count) / 50.0
@@ -54,21 +52,6 @@ class Line:
     def columns(self, key: str, base: np.ndarray, sizes: dict[str, float]) -> Columns:
         one = self.shapes[:, ["ab".index(key)]]
         return Columns(one, np.array([self.spread]), (key,))
-
-    def free(self) -> Columns:
-        return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
-
-    def starts(self, key: str, residual: np.ndarray) -> list[dict[str, float]]:
-        return [{}]
-
-    def impossible(self, *_: object) -> bool:
-        return False
-
-    def further_odds(self, *_: object) -> float:
-        return 0.0
-
-    def without_noise(self, *_: object) -> None:
-        return None
 
 
 @pytest.mark.study

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
@@ -83,7 +84,8 @@ def test_the_commands_that_are_printed_work(tmp_path: Path, deltactl: Deltactl) 
     sizes = [word for name, mm in SIZES_MM.items() for word in (f"--{name}-mm", mm)]
     deltactl(init, *read, *sizes, "--gear-ratio", "1")
     _, *diagnose = shlex.split(re.findall(r"diagnose it: +(.*)", shown)[0])
-    assert "Nothing is missing" in deltactl(*diagnose).stdout
+    answer = json.loads(deltactl(*diagnose, "--json", "-").stdout)
+    assert (answer["verdict"], answer["findings"]) == ("nothing_missing", [])
 
 
 def test_nothing_stands_in_for_an_arm_of_several(tmp_path: Path) -> None:

@@ -66,6 +66,11 @@ class Explanation:
         """Scalar products (p, p) of all shapes."""
         return self.products()
 
+    @property
+    def beyond_noise(self) -> float:
+        """Chi-square that is left for each reading, above that of noise."""
+        return self.chi2 / max(len(self.target), 1) - 1.0
+
     @cached_property
     def white(self) -> FloatArray:
         """Whitened residual (m,), computed once it is asked for: of most sets it never is."""
@@ -350,7 +355,7 @@ class Laplace:
         charged = 0.0
         if messy:
             gains = self._gains(target, blocks, taken, known)
-            for key in keys & self.plant.sizeless:  # all of it is in the base
+            for key in sorted(keys & self.plant.sizeless):  # all of it is in the base
                 gains[key] = max(self(keys - {key}).penalised - penalised, 0.0)
             charged = self.plant.charged(gains)
         return Explanation(
@@ -392,7 +397,7 @@ class Laplace:
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""
-        odds = sum(self.by_key[key].log_odds for key in keys)
+        odds = sum(self.by_key[key].log_odds for key in sorted(keys))
         silent = self.plant.without_noise(keys, point)
         if silent is None:
             return odds

@@ -369,6 +369,13 @@ class RegressionPlant:
         """The same, built as its file says whatever is chosen; None where it is so already."""
         return None
 
+    def is_far(self, before: float, after: float) -> bool:
+        """Whether so much was explained near a point that what is left may be what is not linear.
+
+        before, after: chi-square for each reading, above that of noise.
+        """
+        return False
+
     def holds_at(self, best: Any) -> bool:
         """Whether columns made here still hold at what an explanation adds without a name."""
         return True

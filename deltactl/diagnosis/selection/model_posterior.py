@@ -83,9 +83,11 @@ class HillClimb:
 
         better_than: log evidence of another plant; nothing is exchanged far below it.
         """
-        here = self.evidence(self.kept | start, [self.evidence(self.kept)])
+        here = first = self.evidence(self.kept | start, [self.evidence(self.kept)])
         while (better := self._better(here, better_than - SELECTION.window)) is not None:
             here = better
+            if self.evidence.plant.is_far(first.beyond_noise, here.beyond_noise):
+                break
         return posterior(self._mine())
 
     def _better(self, here: Explanation, least: float) -> Explanation | None:
@@ -137,7 +139,7 @@ class HillClimb:
         keys = here.keys
         others = [r for r in self._all.values() if r.key not in keys]
         sets = [keys | {r.key} for r in others]
-        sets += [keys - {key} for key in keys - self.kept]
+        sets += [keys - {key} for key in sorted(keys - self.kept)]
         if len(keys - self.kept) <= SELECTION.pairs_up_to:
             named = [r.key for r in others if r.alone and not r.unknown]
             sets += [keys | set(pair) for pair in itertools.combinations(named, 2)]
@@ -147,7 +149,7 @@ class HillClimb:
         """All sets with one regressor in place of another, evaluated."""
         keys = here.keys
         others = [r.key for r in self._all.values() if r.key not in keys]
-        sets = [(keys - {out}) | {new} for out in keys - self.kept for new in others]
+        sets = [(keys - {out}) | {new} for out in sorted(keys - self.kept) for new in others]
         return self._evaluated(here, sets)
 
     def _evaluated(self, here: Explanation, sets: Iterable[frozenset[str]]) -> list[Explanation]:

@@ -222,7 +222,7 @@ class DeltaPlant(AnswerNearPoint):
         if acting not in self._bases:
             terms = [term for key, term in self.at_work.items() if key in acting]
             base = self.around.with_terms(terms) - self._beyond_usual
-            for key in acting:
+            for key in sorted(acting):
                 base = base - self.acting[key].slopes @ self.acting[key].away
             self._bases[acting] = base
         return self._bases[acting]
@@ -329,6 +329,10 @@ class DeltaPlant(AnswerNearPoint):
         there = DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
         there._only_careful = self._only_careful
         return there
+
+    def is_far(self, before: float, after: float) -> bool:
+        """See `RegressionPlant`."""
+        return before > DELTA_FITS.far and after < DELTA_FITS.far_share * before
 
     def holds_at(self, best: Explanation) -> bool:
         """Whether all is linear as far as nuisances were moved."""
