@@ -83,10 +83,11 @@ class HillClimb:
 
         better_than: log evidence of another plant; nothing is exchanged far below it.
         """
-        here = first = self.evidence(self.kept | start, [self.evidence(self.kept)])
+        here = self.evidence(self.kept | start, [self.evidence(self.kept)])
+        at_point = self.evidence(self.evidence.plant.point & self._all.keys())
         while (better := self._better(here, better_than - SELECTION.window)) is not None:
             here = better
-            if self.evidence.plant.is_far(first.beyond_noise, here.beyond_noise):
+            if self.evidence.plant.is_far(at_point.beyond_noise, here.beyond_noise):
                 break
         return posterior(self._mine())
 

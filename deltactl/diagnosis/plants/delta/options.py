@@ -43,9 +43,9 @@ class DeltaFitOptions:
     most_steps: int = 12
     """Steps at which the fit of a set is given up."""
 
-    far: float = 1.0
-    """Model error, as a share of the variance of noise, from which on effects are so large that
-    they are not linear to within the noise,"""
+    far: float = 10.0
+    """Model error, in variances of noise, from which on what is not linear in large effects shows
+    beside the noise,"""
     far_share: float = 0.3
     """and the share of it at which the choice near a point ends: the rest is left to the next."""
     at_once: int = 4
