@@ -351,13 +351,10 @@ class Laplace:
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         volume = self._chosen(keys) - self._within(point, known, moved)
-        messy = self.plant.is_messy(keys)
         charged = 0.0
-        if messy:
+        if self.plant.is_messy(keys):
             gains = self._gains(target, blocks, taken, known)
-            for key in sorted(keys & self.plant.sizeless):  # all of it is in the base
-                gains[key] = max(self(keys - {key}).penalised - penalised, 0.0)
-            charged = self.plant.charged(gains)
+            charged = self._charged(keys, gains, penalised)
         return Explanation(
             keys=keys, found=self._found(keys, point, linear),
             sizes=point, linear=linear, base=base,
@@ -369,6 +366,15 @@ class Laplace:
             target=target.white, theta=theta,
             products=lambda: gram if moved else self._gram(blocks, taken),
         )  # fmt: skip
+
+    def _charged(self, keys: frozenset[str], gains: dict[str, float], penalised: float) -> float:
+        """Chi-square that is no evidence for a set.
+
+        gains: what each regressor adds by its sizes. penalised: cost of the set.
+        """
+        for key in sorted(keys & self.plant.sizeless):  # all of it is in the base
+            gains[key] = max(self(keys - {key}).penalised - penalised, 0.0)
+        return self.plant.charged(gains)
 
     def _gains(
         self, target: Target, blocks: list[Block], taken: IntArray, known: FloatArray
