@@ -13,7 +13,8 @@ import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_square
-from deltactl.diagnosis.evidence.laplace import Explanation, Laplace, tolerated
+from deltactl.diagnosis.evidence.explanation import Explanation
+from deltactl.diagnosis.evidence.laplace import Laplace, tolerated
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
 from deltactl.diagnosis.plants.spline_terms import carried_over

@@ -11,7 +11,7 @@ from scipy.special import fdtrc
 from deltactl.diagnosis.answer.records import Finding, PriorSensitivity
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spare
-from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Regressor
 from deltactl.diagnosis.priors.options import SIZE_PRIORS

@@ -9,90 +9,17 @@ solved for at each value of the nonlinear ones (variable projection, Golub and P
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.special import ndtr
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.explanation import Explanation, Point, side_by_side
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.scalar_products import Block, Products, Target, left_of
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
-
-Point = dict[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Explanation:
-    """A set of regressors at its best sizes.
-
-    linear: key -> coefficients (k,). parts: shapes (n, k) with their coefficients, whose sum is
-    what is predicted beyond `base`. observed: (n,) in the unit of the readings.
-    chi2: of the whitened rows alone. penalised: with the priors of the sizes.
-    shapes: whitened shapes times prior spread, which sets share; names: of their columns,
-    `key.size`; taken: those that its regressors take over.
-    log_evidence: with the prior odds of the set.
-    """
-
-    keys: frozenset[str]
-    found: frozenset[str]
-    """Less those whose size any machine has as built."""
-    sizes: Point
-    linear: dict[str, FloatArray]
-    base: FloatArray
-    parts: tuple[tuple[FloatArray, FloatArray], ...]
-    observed: FloatArray
-    chi2: float
-    penalised: float
-    log_evidence: float
-    charged: float
-    """Chi-square that is no evidence for the set (`RegressionPlant.charged`)."""
-    shapes: tuple[FloatArray, ...]
-    taken: IntArray
-    names: tuple[str, ...]
-    spreads: FloatArray
-    target: FloatArray
-    """Whitened model error (m,) by the base."""
-    theta: FloatArray
-    """Linear sizes (p,), each in its prior spread."""
-    products: Callable[[], FloatArray]
-    """Scalar products of all shapes."""
-
-    @cached_property
-    def gram(self) -> FloatArray:
-        """Scalar products (p, p) of all shapes."""
-        return self.products()
-
-    @property
-    def beyond_noise(self) -> float:
-        """Chi-square that is left for each reading, above that of noise."""
-        return self.chi2 / max(len(self.target), 1) - 1.0
-
-    @cached_property
-    def white(self) -> FloatArray:
-        """Whitened residual (m,), computed once it is asked for: of most sets it never is."""
-        return left_of(self.target, self.shapes, self.theta)
-
-    @cached_property
-    def predicted(self) -> FloatArray:
-        """(n,), computed once it is asked for: of most sets it never is."""
-        predicted = self.base
-        for values, size in self.parts:
-            predicted = predicted + values @ size
-        return predicted
-
-    @cached_property
-    def residual(self) -> FloatArray:
-        """(n,) in the unit of the readings."""
-        return self.observed - self.predicted
-
-    @property
-    def tangent(self) -> FloatArray:
-        """All shapes side by side, (m, p)."""
-        return _side_by_side(len(self.target), self.shapes, self.taken)
 
 
 class Laplace:
@@ -336,7 +263,7 @@ class Laplace:
             _, whole = self._solve(keys, point)
             slopes = [self._slope(keys, point, whole, m)[: len(target.white)] for m in moved]
             shapes += [slope[:, None] for slope in slopes]
-            tangent = _side_by_side(len(target.white), shapes, taken)
+            tangent = side_by_side(len(target.white), shapes, taken)
             gram = tangent.T @ tangent
             known = np.eye(tangent.shape[1]) + gram
         spreads = np.concatenate([c.spread for c in columns.values()])
@@ -454,13 +381,6 @@ def tolerated(plant: RegressionPlant) -> FloatArray:
     free = plant.free()
     names = free.names or ("",) * len(free.spread)
     return np.array([EVIDENCE.tolerated if name and name in bounded else np.inf for name in names])
-
-
-def _side_by_side(rows: int, shapes: Sequence[FloatArray], taken: IntArray) -> FloatArray:
-    """Columns (rows, p) of several shapes; none where they are taken."""
-    columns: FloatArray = np.concatenate([np.zeros((rows, 0)), *shapes], axis=1)
-    columns[:, taken] = 0.0
-    return columns
 
 
 def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> BoolArray:

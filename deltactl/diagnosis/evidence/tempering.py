@@ -14,7 +14,8 @@ from deltactl.diagnosis.evidence.effective_size import (
     runs_of_one_value,
     tempered,
 )
-from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.explanation import Explanation
+from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant

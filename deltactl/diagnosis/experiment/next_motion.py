@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.experiment.design import EXPERIMENT
 from deltactl.diagnosis.experiment.exciting_motion import (
     DESIGNED,

@@ -15,7 +15,7 @@ from scipy.linalg import block_diag
 
 from deltactl.diagnosis.answer.records import NextExperiment, OpenTie
 from deltactl.diagnosis.evidence.autoregression import Whitener
-from deltactl.diagnosis.evidence.laplace import Explanation as Explained
+from deltactl.diagnosis.evidence.explanation import Explanation as Explained
 from deltactl.diagnosis.experiment.design import EXPERIMENT, Run, both_ways
 from deltactl.diagnosis.experiment.ties import Explanation, Sides, Tie
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings

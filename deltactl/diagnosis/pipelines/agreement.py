@@ -17,7 +17,8 @@ from scipy.special import chdtrc
 from deltactl.diagnosis.answer.records import Agreement, Finding, ParameterResult
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.assessment.regression_holdout import LASTING
-from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.explanation import Explanation
+from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.tempering import saturated_noise
 from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.pipelines.regression_findings import drawn, own, parameter

@@ -16,7 +16,7 @@ from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, as_file_says, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spike_weights
-from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.pipelines.options import REGRESSION

@@ -25,7 +25,7 @@ from deltactl.diagnosis.assessment.regression_holdout import (
 )
 from deltactl.diagnosis.assessment.significance import chance
 from deltactl.diagnosis.evidence.effective_size import spare
-from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.pipelines.regression_figures import rms_left

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.explanation import Explanation
+from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.selection.options import SELECTION
 
 

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
-from deltactl.diagnosis.evidence.laplace import Explanation, Laplace
+from deltactl.diagnosis.evidence.explanation import Explanation
+from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes

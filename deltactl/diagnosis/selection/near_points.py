@@ -40,7 +40,7 @@ def chosen(plant: RegressionPlant, progress: Progress) -> Found:
     progress("what the named effects leave")
     beside, opened = named[0].opened(), plant.opened() if named[0].point else None
     found = [named]
-    if opened is not None and (beside is not None or _rivals(opened, first, named)):
+    if opened is not None and (beside is not None or _may_replace(opened, first, named)):
         instead = _in_place_of_names(opened)
         if instead is not None and _better([named, instead]) is instead:
             return instead
@@ -55,7 +55,7 @@ def _better(found: Sequence[Found]) -> Found:
     return max(found, key=lambda one: _weighed(one, noise))
 
 
-def _rivals(opened: RegressionPlant, first: Found, named: Found) -> bool:
+def _may_replace(opened: RegressionPlant, first: Found, named: Found) -> bool:
     """Whether what has no name may be in the place of names: of many, or of tolerances, or where
     something without a name explains by itself more than all of them.
     """
@@ -87,7 +87,7 @@ def _weighed(found: Found, noise: TemperedNoise) -> float:
 def _as_careful(found: Found) -> Found:
     """The same, or what is chosen if the machine is built as its file says, by the evidence.
 
-    Where tolerances take part of an effect, its own best fit is not come to.
+    Where tolerances take part of an effect, its own best fit is not reached.
     """
     careful = found[0].carefully()
     if careful is None:

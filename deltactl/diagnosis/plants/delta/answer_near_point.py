@@ -17,7 +17,7 @@ from deltactl.diagnosis.answer.records import AllowedFor, NotTestable
 from deltactl.diagnosis.answer.verdict import Rest
 from deltactl.diagnosis.assessment.intervals import parameters, spreads
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.observations.largest_noise import (
     Bound,
     NoiseBounds,

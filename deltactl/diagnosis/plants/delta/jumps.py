@@ -34,10 +34,10 @@ class Jump:
 def jumps(
     model: DeltaModel, noise: ChannelsNoise, left: FloatArray, free: FloatArray, late_s: float = 0.0
 ) -> dict[str, Jump]:
-    """For each joint the jump at the moment at which it explains most of what is left (n c,).
+    """For each joint the jump at the moment at which it explains most of the residual (n c,).
 
-    free: whitened columns (m, p) that are fitted beside it, each in its prior spread. late_s: by
-    which readings show what happened later.
+    free: whitened columns (m, p) that are fitted beside it, each in its prior spread. late_s: delay
+    of the readings.
     """
     drive, inputs = model.robot.drive, model.inputs()
     t_s = model.readings.t_s

@@ -4,7 +4,7 @@ A process has a kernel of Matern's class with nu = 5/2; its length and size are 
 a grid (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, sections 4.2 and 5.4).
 One whose most probable size is none has nothing to say (automatic relevance determination). An
 error that comes and goes in time (a table that sways, a lamp that flickers) would take so short a
-length that it followed noise: a line in the spectrum of what is left has three numbers only.
+length that it followed noise: a line in the spectrum of the residual has three numbers only.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class Processes:
         return sorted(found, key=lambda one: one.paid - one.gain)
 
     def _waves(self, noise: ChannelsNoise, rest: FloatArray, location: str) -> list[Ways]:
-        """The wave that explains most of what is left (m,) at a place; the choice is paid for."""
+        """The wave that explains most of the residual (m,) at a place; the choice is paid for."""
         readings = self.model.readings
         channel, rows = np.divmod(noise.rows, len(readings.t_s))
         pull = self.model.inputs()[location][rows, channel] * noise.scale

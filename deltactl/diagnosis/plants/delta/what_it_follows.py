@@ -1,6 +1,6 @@
 """What the answer says of something without a name at a place: size, covariates, memory, table.
 
-Play, friction and filters remember: the same place gives another error when it was come to another
+Play, friction and filters remember: the same place gives another error when it is reached another
 way. On a circle an arm's angle tells its speed, and no test on that circle can say which of them an
 error follows.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from deltactl.diagnosis.answer.finding import ParameterResult, Table
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
-from deltactl.diagnosis.evidence.laplace import Explanation
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.plants.delta.model import unit_at
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
