@@ -48,9 +48,8 @@ def left_by(known: Candidate, new: Candidate | None) -> float:
 def unknown_regressor(one: Process) -> Regressor:
     """A process; the choice of its length and size is paid for."""
     odds = PROCESSES.log_odds - one.paid
-    follows = tuple(one.covariate.split(", "))
     return Regressor(
-        one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False
+        one.key, "unknown", odds, one.component, follows=one.follows, alone=False, saturated=False
     )
 
 
