@@ -302,10 +302,7 @@ class DeltaPlant(AnswerNearPoint):
         """See `RegressionPlant`."""
         if self.careful == PENALTIES.most_careful:
             return None
-        first = self
-        while first._before is not None:
-            first = first._before
-        plain = first._with_care(PENALTIES.most_careful)
+        plain = self._with_care(PENALTIES.most_careful)
         plain._only_careful = True
         return plain
 
