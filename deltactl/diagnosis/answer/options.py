@@ -49,9 +49,6 @@ class VerdictOptions:
     it: four to one, as `sure_enough`."""
     least_seen: float = 1e-9
     """Share of the residual that a test explains at least when it finds more than noise in it."""
-    rounding: float = 1e-9
-    """Rounding of shares and probabilities that are added up: far above what sixteen digits
-    lose."""
     least_steps: float = 1.0
     """A motor loses whole steps; less than one microstep is none."""
 

@@ -38,17 +38,17 @@ class ChannelNoise:
         at = np.searchsorted(met, self.rows[:, 0]) - AR_ORDER
         return met, None if len(at) == len(met) - AR_ORDER else at
 
-    def whitened(self, values: FloatArray, axis: int) -> FloatArray:
-        """What is new in samples, in standard deviations, along an axis: from length n to m.
+    def whitened(self, values: FloatArray) -> FloatArray:
+        """What is new in samples, in standard deviations: (n, ...) -> (m, ...).
 
         Neighbours are one slice apart once only what was read is left: taken once, not by lags.
         """
         met, at = self._read
-        read = values.take(met, axis=axis).swapaxes(0, axis)
+        read = values.take(met, axis=0)
         count = len(met) - AR_ORDER
         lags = (read[AR_ORDER - lag : AR_ORDER - lag + count] for lag in range(AR_ORDER + 1))
-        white: FloatArray = self.innovations(lags).swapaxes(0, axis)
-        return white if at is None else white.take(at, axis=axis)
+        white: FloatArray = self.innovations(lags)
+        return white if at is None else white.take(at, axis=0)
 
     def innovations(self, seen: Iterator[Any]) -> Any:
         """What is new in samples, in standard deviations: these first, then those a lag before.
@@ -79,19 +79,10 @@ class Whitener:
             if not x.any():
                 parts.append(np.zeros((len(noise.rows), *x.shape[1:]), dtype=x.dtype))
                 continue
-            parts.append(noise.whitened(x, 0))
+            parts.append(noise.whitened(x))
         joined = np.concatenate(parts)
         weight = self.weight.astype(joined.dtype, copy=False)
         return joined * (weight if joined.ndim == 1 else weight[:, None])
-
-    def each(self, columns: FloatArray) -> FloatArray:
-        """The same for many columns laid out one after another: (k, channels, n) -> (k, m)."""
-        parts = []
-        for column, noise in enumerate(self.channels):
-            parts.append(noise.whitened(columns[:, column], 1))
-        joined: FloatArray = np.concatenate(parts, axis=1)
-        joined *= self.weight.astype(joined.dtype, copy=False)
-        return joined
 
     def at_input(self, change: FloatArray) -> csr_array:
         """From values (n) at a location to what is new in the readings, (m, n).

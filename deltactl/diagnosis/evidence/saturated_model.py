@@ -35,13 +35,13 @@ class SaturatedFit(Protocol):
         ...
 
 
-def given_back(fit: SaturatedFit, left: Whitener) -> tuple[Whitener, FloatArray]:
+def given_back(fit: SaturatedFit, left: Whitener) -> Whitener:
     """The noise of which a fit leaves what was seen, by its memory and its spread.
 
-    left: what was estimated from the residual of the fit. Also how many times larger than what is
-    left the noise is, (channels,). Noise that is drawn, fitted and estimated must come out as
-    `left`: what the fit takes from it depends on the noise, so it is tried until that holds
-    (indirect inference: Gourieroux, Monfort and Renault 1993, J. Appl. Econometrics 8, S85-S118).
+    left: what was estimated from the residual of the fit. Noise that is drawn, fitted and estimated
+    must come out as `left`: what the fit takes from it depends on the noise, so it is tried until
+    that holds (indirect inference: Gourieroux, Monfort and Renault 1993, J. Appl. Econometrics 8,
+    S85-S118).
     """
     found = _before_the_fit(fit, left, left)
     for _ in range(EVIDENCE.given_back_rounds - 1):
@@ -51,7 +51,7 @@ def given_back(fit: SaturatedFit, left: Whitener) -> tuple[Whitener, FloatArray]
             break
     pairs = zip(found.noise.channels, found.errors, strict=True)
     channels = tuple(_cautious(one, error, fit.is_cut) for one, error in pairs)
-    return replace(found.noise, channels=channels), found.larger
+    return replace(found.noise, channels=channels)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +59,6 @@ class _Before:
     """A noise, as it was before a fit took its part."""
 
     noise: Whitener
-    larger: FloatArray
     errors: list[_Errors]
 
 
@@ -106,7 +105,7 @@ def _before_the_fit(fit: SaturatedFit, left: Whitener, noise: Whitener) -> _Befo
     each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(remains, 2, 0)]
     sizes = [sized(residual) for residual in each]
     before, after = sizes[:draws], sizes[draws:]
-    channels, larger, errors = [], [], []
+    channels, errors = [], []
     for number, own in enumerate(left.channels):
         pairs = [(b[number], a[number]) for b, a in zip(before, after, strict=True)]
         taken = np.mean([b.phi - a.phi for b, a in pairs], axis=0)
@@ -114,16 +113,15 @@ def _before_the_fit(fit: SaturatedFit, left: Whitener, noise: Whitener) -> _Befo
         wider = _ratio([(b.spread, a.spread) for b, a in pairs])
         share = _share(own.phi, taken)
         errors.append(_errors([a for _, a in pairs]))
-        larger.append(louder + share * (wider - louder))
         channels.append(
             replace(
                 own,
                 phi=stationary(own.phi + share * taken),
                 sigma=own.sigma * louder,
-                spread=own.spread * larger[-1],
+                spread=own.spread * (louder + share * (wider - louder)),
             )
         )
-    return _Before(Whitener(tuple(channels), left.weight), np.array(larger), errors)
+    return _Before(Whitener(tuple(channels), left.weight), errors)
 
 
 def _errors(drawn: Sequence[ChannelNoise]) -> _Errors:

@@ -19,7 +19,6 @@ from deltactl.diagnosis.answer.finding import IN_ALL, Finding, ParameterResult
 from deltactl.diagnosis.answer.picture import Picture
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.answer.verdict import Rest
-from deltactl.diagnosis.observations.ahead_in_time import Curves
 from deltactl.diagnosis.observations.largest_noise import (
     Bound,
     NoiseBounds,
@@ -142,8 +141,6 @@ class Columns:
     values: FloatArray
     spread: FloatArray
     names: tuple[str, ...] = ()
-    curves: Callable[[], Curves] | None = None
-    """How shapes change from row to row, where that is known without looking at their rows."""
     lasts: bool = True
     """Whether the sizes hold in another recording; how a stretch began does not."""
 

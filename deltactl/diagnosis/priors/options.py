@@ -7,7 +7,6 @@ decide has such a table (`options.py` in `observations`, `admission`, `plants`, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 
@@ -42,18 +41,10 @@ class PenaltyOptions:
 
 @dataclass(frozen=True, slots=True)
 class SizePriorOptions:
-    """The prior of sizes around what is typical of an effect, and how it is integrated."""
+    """The prior of sizes around what is typical of an effect."""
 
-    width: float = math.log(3.0)
-    """Standard deviation of the log of a size: a factor of three either way."""
     known_to: float = 3.0
-    """The factor to which that spread itself is known: answers say what changes within it."""
-    points: int = 41
-    """and points of that quadrature."""
-    directions: int = 48
-    """Directions of a size with several components, over which is averaged."""
-    shows: float = 3.0
-    """Standard deviations of the readings' noise below which a size does not show."""
+    """The factor to which its spread itself is known: answers say what changes within it."""
 
 
 PENALTIES = PenaltyOptions()

@@ -17,7 +17,10 @@ from deltactl.recording.tables.flat import FlatRecording
 
 
 class DeltaRun:
-    """A `CandidateRun`: straight moves through arm angles."""
+    """One repeat of a motion, straight moves through arm angles, that the machine may safely do.
+
+    model: the machine in this motion, nothing read yet (all readings 0).
+    """
 
     def __init__(self, motion: Motion, recorded: DeltaModel):
         assert recorded.robot.drive is not None
@@ -29,7 +32,9 @@ class DeltaRun:
         self.model = DeltaModel(recorded.robot, [blank])
 
     def holds_together(self, predicted: FloatArray) -> bool:
-        """Where it cannot be assembled the model puts zeros."""
+        """Whether the machine can be assembled all along a prediction (n, c): the model puts zeros
+        where it cannot.
+        """
         metres = [i for i, unit in enumerate(self.model.readings.units) if unit == "m"]
         return not metres or bool(predicted[:, metres].any(axis=1).all())
 

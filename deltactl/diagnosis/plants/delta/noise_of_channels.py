@@ -110,5 +110,4 @@ def saturated_noise(
         fit = SaturatedFit(readings, columns, whitener)
         left = channels - fit(channels)
         whitener = estimate(readings, valid, left)
-    whitener, _ = given_back(fit, whitener)
-    return noise_of(whitener, readings)
+    return noise_of(given_back(fit, whitener), readings)
