@@ -10,7 +10,7 @@ from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import Near, is_straight
 from deltactl.diagnosis.plants.delta.unknown import Process
-from deltactl.diagnosis.plants.regression import Regressor
+from deltactl.diagnosis.plants.regressor import Regressor
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
 from deltactl.models.effects import card_of

@@ -11,7 +11,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes, instead, named
+from deltactl.diagnosis.plants.regressor import Equivalent, Regressor, Size, Sizes, instead, named
 from deltactl.models.effects import column_of
 from deltactl.models.effects.following_lag import STARTS_S
 from deltactl.models.robot import ServoAxis, StepperAxis

@@ -10,7 +10,7 @@ from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.axis_regressors import WAVES
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FILE_SPREADS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Columns, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Sizes
 from deltactl.models.effects import Trait, has
 from deltactl.models.signals import late, slopes_of
 

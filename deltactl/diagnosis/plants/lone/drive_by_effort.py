@@ -10,7 +10,7 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import LONE
-from deltactl.diagnosis.plants.regression import Size
+from deltactl.diagnosis.plants.regressor import Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import Columns, Size, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Size, Sizes
 from deltactl.models.effects.stribeck_friction import SPEEDS, STARTS, WITHIN, Falls, falls
 
 

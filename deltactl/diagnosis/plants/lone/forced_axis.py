@@ -43,7 +43,7 @@ from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_siz
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise, between_samples
 from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
-from deltactl.diagnosis.plants.regression import (
+from deltactl.diagnosis.plants.regressor import (
     DELAY,
     Columns,
     Draws,
