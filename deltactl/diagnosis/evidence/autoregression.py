@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
 from deltactl.diagnosis.evidence.options import EVIDENCE
@@ -113,15 +112,10 @@ class Whitener:
         weight = np.sqrt(np.minimum(1.0, EVIDENCE.huber / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
-    def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
-        """A draw of noise as the channels have it, (rows, channels); 0 where nothing was read."""
-        drawn = np.zeros((rows, len(self.channels)))
-        for column, noise in enumerate(self.channels):
-            seen = np.unique(noise.rows)
-            fresh = noise.sigma * rng.standard_normal(len(seen) + EVIDENCE.warm_up)
-            memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[EVIDENCE.warm_up :]
-        return drawn
+    def louder(self, times: float) -> Whitener:
+        """The same of noise so many times as large."""
+        larger = (replace(x, sigma=times * x.sigma, spread=times * x.spread) for x in self.channels)
+        return Whitener(tuple(larger), self.weight)
 
 
 def history(readings: Readings, valid: Any) -> list[IntArray]:

@@ -67,7 +67,7 @@ def root_mean_square(values: FloatArray, weights: FloatArray | None = None) -> f
     return float(np.sqrt(np.average(np.square(values), weights=weights))) if len(values) else 0.0
 
 
-def spare(effective: float, fitted: int) -> float:
+def spare(effective: float, fitted: float) -> float:
     """Independent readings that tell how large the noise is, with so many sizes fitted: sizes that
     a prior holds do not take a whole reading each, so at most a share of all is taken.
     """

@@ -17,8 +17,6 @@ class EvidenceOptions:
     """Standard deviations from which on a reading counts less: of normal noise one in eighty."""
     longest_hole: int = 5
     """Samples missing in a row over which the autoregression continues."""
-    warm_up: int = 200
-    """Samples after which a draw has forgotten how it began."""
 
     # The noise of a machine whose effects are fitted together.
     noise_rounds: int = 2
@@ -29,20 +27,6 @@ class EvidenceOptions:
     readings_a_column: int = 4
     """Fewest readings for each direction that is fitted, so that three in four are left to see the
     noise by."""
-    noise_draws: int = 8
-    """Draws by which it is seen what a fit takes: their mean is known to a third of one draw's
-    scatter."""
-    noise_seed: int = 20261121
-    """The same draws each time, so that the same recording has the same answer."""
-    given_back_rounds: int = 6
-    """Most rounds; long recordings need one or two."""
-    settled: float = 0.01
-    """Change of the memory's coefficients below which a further round is not needed."""
-    alternates: float = 3.0
-    """Standard errors by which a negative autocorrelation has to differ from zero."""
-    longest_memory: float = 0.9
-    """Sum of the coefficients up to which autocorrelation is corrected: what remembers more than
-    ten readings is rather a model error that no column follows."""
 
     tolerated: float = 2.0
     """Standard deviations of what is off on any machine as built, beyond which it is a finding:
