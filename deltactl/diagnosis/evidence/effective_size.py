@@ -89,8 +89,6 @@ class Rows:
     """Standard deviation of rounding, below which no noise is accepted."""
     once: IntArray | None = None
     """(m,) number of the run of equal values that each row lies in."""
-    usual: FloatArray | None = None
-    """(n,) how large readings like a row's are, where these differ: joints of a chain."""
     unsampled: FloatArray | None = None
     """(n,) standard deviation of what a row owes to the course of the command between samples."""
 
@@ -138,11 +136,7 @@ def _by_kind(read: Rows, left: FloatArray, weight: FloatArray, extra: FloatArray
     for noise in np.unique(noises):
         own = noises == noise
         sigma[own] = float(sigma[own].max())
-    largest = np.full(len(left), float(sigma.max()))
-    if read.usual is not None:  # traces are no larger than what leaves them, nor than their share
-        usual = read.usual[read.rows]
-        largest = np.minimum(largest, float((sigma / usual).max()) * usual)
-    return np.maximum(sigma, EVIDENCE.least_of_largest * largest)
+    return sigma
 
 
 def _apart_from(extra: FloatArray, left: FloatArray, weights: FloatArray) -> float:

@@ -63,9 +63,6 @@ class EvidenceOptions:
     """Times the variance of a residual beyond which it says nothing of the noise."""
     unsampled_rounds: int = 5
     """Until the noise of readings settles beside what the command does between samples."""
-    least_of_largest: float = 0.05
-    """Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
-    traces where the motion ends."""
 
     # What spline terms take out of noise with a memory.
     correlations: tuple[float, ...] = (0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97)

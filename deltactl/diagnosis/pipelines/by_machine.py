@@ -73,7 +73,7 @@ def _answered(
 ) -> Diagnosis:
     """The engine's answer, with the recordings that could not be held out."""
     try:
-        answer = diagnose_plant(machine.plant, machine.others, progress, machine.singles, runs)
+        answer = diagnose_plant(machine, progress, runs)
     except OverflowError:
         raise too_large() from None
     left_out = [refusal.says for refusal in machine.left_out]

@@ -54,11 +54,6 @@ class AsRead:
         return np.full(len(self.groups), -1, dtype=np.intp)
 
     @property
-    def usual(self) -> FloatArray | None:
-        """(n,) how large readings like each are; None where all are of one size."""
-        return None
-
-    @property
     def unsampled(self) -> FloatArray | None:
         """(n,) standard deviation of a prediction by the course of a command between samples."""
         return None
