@@ -17,6 +17,7 @@ from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
@@ -170,9 +171,9 @@ def spike_weights(left: FloatArray, kinds: IntArray) -> FloatArray:
     late it is. What lasts for several readings is signal, however large.
     """
     weight = np.ones(len(left))
-    if len(left) < EVIDENCE.median_over:
+    if len(left) < OBSERVATIONS.neighbours:
         return weight
-    off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
+    off = np.abs(left - median_filter(left, OBSERVATIONS.neighbours, mode="nearest"))
     of_all = _usual(off)
     for kind in np.unique(kinds):
         own = kinds == kind

@@ -43,8 +43,6 @@ class EvidenceOptions:
     spike_limit: float = 4.0
     """Robust standard deviations off its neighbours from which on a reading counts less. Higher
     than usual for Huber's weights: what a saturated model leaves is not quite noise."""
-    median_over: int = 7
-    """Readings of which the median is a reading's neighbourhood: up to three outliers in a row."""
     spike_share: float = 0.2
     spike_quantile: float = 0.9
     """A robust standard deviation is at least this share of this quantile of all such distances:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion, motions
@@ -79,7 +80,7 @@ def _top_speed(model: DeltaModel) -> float:
     """Highest joint speed of the recording [rad/s], single glitches aside."""
     readings = model.readings
     speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
-    return float(np.quantile(speed.max(axis=1), NEXT_RUNS.top_speed))
+    return float(np.quantile(speed.max(axis=1), OBSERVATIONS.top_speed_quantile))
 
 
 def duration_s(motion: Motion, rad_per_step: float) -> float:

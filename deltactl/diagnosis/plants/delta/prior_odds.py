@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import Near, is_straight
 from deltactl.diagnosis.plants.delta.unknown import Process
+from deltactl.diagnosis.plants.options import SPLINE_TERMS
 from deltactl.diagnosis.plants.regressor import Regressor
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
@@ -47,7 +47,7 @@ def left_by(known: Candidate, new: Candidate | None) -> float:
 
 def unknown_regressor(one: Process) -> Regressor:
     """A process; the choice of its length and size is paid for."""
-    odds = PROCESSES.log_odds - one.paid
+    odds = SPLINE_TERMS.unknown_log_odds - one.paid
     follows = tuple(one.covariate.split(", "))
     return Regressor(
         one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False

@@ -154,7 +154,7 @@ class RangeSensorPlant(LeftOver):
         return lru_cache(maxsize=4)(before)
 
     def _errors(self, distance: FloatArray) -> dict[str, Columns]:
-        usual = RANGE_SENSOR.size_of_mismatch * self.mismatch
+        usual = LONE.size_of_mismatch * self.mismatch
         far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
         return {
             "offset": Columns.of(np.ones(len(self.t_s)), usual, "offset"),

@@ -165,7 +165,7 @@ class RecordedAxis:
         speed[self.readings.fresh] = float(np.max(speed[~self.readings.fresh], initial=0.0))
         late = lagged(speed[:, None], np.where(self.readings.fresh, 0.0, step_s), SETTLED_S, {})
         top = np.quantile(late, OBSERVATIONS.top_speed_quantile)
-        moving: BoolArray = late[:, 0] > COMMANDED_AXIS.moving_share * top
+        moving: BoolArray = late[:, 0] > OBSERVATIONS.moving_share * top
         return moving
 
     @cached_property
