@@ -36,10 +36,8 @@ class EvidenceOptions:
     tempering_rounds: int = 3
     """The first fit takes the whole model error for noise, each further one what the last fit
     left."""
-    least_noise_share: float = 1e-6
-    """No likelihood is trusted to this share of the model error or less."""
     digits: float = 1e-6
-    """Nor to this share of the readings, of which few tables have more digits."""
+    """No likelihood is trusted to this share of the readings: few tables have more digits."""
     spike_limit: float = 4.0
     """Robust standard deviations off its neighbours from which on a reading counts less. Higher
     than usual for Huber's weights: what a saturated model leaves is not quite noise."""

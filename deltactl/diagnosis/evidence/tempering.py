@@ -70,9 +70,8 @@ def _of_residual(
     plant: RegressionPlant, residual: FloatArray, fitted: int = 0, took: FloatArray | None = None
 ) -> TemperedNoise:
     expected, rows, groups = plant.base(frozenset(), {}), plant.rows, plant.groups
-    mismatch = (plant.observed - expected)[rows]
     digits = EVIDENCE.digits * float(np.std((plant.observed + plant.drawn_on)[rows]))
-    least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, digits, 1e-15)
+    least = max(plant.rounding, digits, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
     read = Rows(rows, groups, plant.kinds, plant.noises, least, once, plant.unsampled)

@@ -19,13 +19,12 @@ from deltactl.diagnosis.answer.records import (
     Finding,
     Fit,
     ParameterResult,
-    Picture,
     Where,
 )
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.assessment.persistence import persistence
+from deltactl.diagnosis.assessment.persistence import with_persistence
 from deltactl.diagnosis.assessment.regression_holdout import (
     Blocks,
     beyond_noise,
@@ -105,7 +104,7 @@ class Settled:
         named = [one for one in found if one.effect != NAMELESS]  # an unknown has no prior size
         return assembled(
             found,
-            _with_persistence(fit, picture),
+            with_persistence(fit, picture),
             self._chance,
             self._rest,
             probability_nothing_missing=self._nothing_missing(found),
@@ -154,14 +153,6 @@ class Settled:
         nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
         nothing *= 1.0 - max((one.probability or 0.0 for one in self._repeated), default=0.0)
         return nothing if found else calibrated(nothing, self._rest.p)
-
-
-def _with_persistence(fit: Fit, picture: Picture) -> Fit:
-    """The figures with how long what is left goes on."""
-    found = persistence(picture)
-    if found is None:
-        return fit
-    return fit.model_copy(update={f"left_{name}": value for name, value in found._asdict().items()})
 
 
 def _repeated(plant: RegressionPlant, selected: Selected) -> list[Finding]:

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 class PenaltyOptions:
     """What an explanation must earn, in chi-square, and what passes for a tolerance."""
 
-    coordinate: float = 4.0
-    """Each coordinate of a candidate, beyond the others: two standard deviations."""
-    event: float = 14.0
-    """A thing that happens once: about what one of a thousand moments costs (2 log 1000 = 13.8)."""
+    event: float = 10.0
+    """A thing that happens once, beyond its size: about what one of a thousand moments costs (2 log
+    1000 = 13.8), less two standard deviations."""
     group: float = 10.0
     """That three arms err alike is less likely than one other cause that looks the same."""
     in_name_only: float = 50.0

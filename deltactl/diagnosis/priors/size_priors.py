@@ -65,5 +65,5 @@ def odds_cost(candidate: Candidate) -> float:
     many moments to happen at.
     """
     together = PENALTIES.group if candidate.members else 0.0
-    moment = PENALTIES.event - PENALTIES.coordinate if candidate.kind.event else 0.0
+    moment = PENALTIES.event if candidate.kind.event else 0.0
     return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together + moment

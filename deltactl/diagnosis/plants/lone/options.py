@@ -63,9 +63,6 @@ class CommandedAxisOptions:
     """Correlation of command and time above which an axis turns steadily and they are one."""
     least_move_share: float = 1e-6
     """Share of the travel: a command that changes by less rests."""
-    clipped_quantile: float = 0.99
-    """Quantile of the squared model error: single wild readings do not set the scale of what may
-    differ."""
     full_steps_per_turn: float = 200.0
     """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
 
