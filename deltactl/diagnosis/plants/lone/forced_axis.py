@@ -96,8 +96,9 @@ class ForcedAxis(LeftOver):
             [smoothly_bridged(r, "effort") for r in recordings]
         )
         self._in_time = AheadInTime(self.t_s, self.readings.fresh)
-        self._curves = lru_cache(maxsize=16)(lambda one: self._in_time.curves(one.values))
-        self._ahead = lru_cache(maxsize=32)(self._led)
+        # As many as there are regressors: those of one delay.
+        self._curves = lru_cache(maxsize=12)(lambda one: self._in_time.curves(one.values))
+        self._ahead = lru_cache(maxsize=12)(self._led)
         self.let_go = not float(np.ptp(self.force)) > 0.0
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
