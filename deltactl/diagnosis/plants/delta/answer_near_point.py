@@ -37,10 +37,7 @@ from deltactl.diagnosis.plants.delta.point import (
 )
 from deltactl.diagnosis.plants.delta.what_it_follows import Followed
 from deltactl.diagnosis.plants.nuisance import Nuisance
-from deltactl.diagnosis.plants.regression import (
-    Draws,
-    Shown,
-)
+from deltactl.diagnosis.plants.regressor import Draws, Shown
 from deltactl.diagnosis.priors.options import PENALTIES
 
 

@@ -31,7 +31,7 @@ from deltactl.diagnosis.plants.delta.model import (
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import end_to_end
-from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.plants.regressor import Columns
 
 UNKNOWN = "unknown@"
 
