@@ -140,6 +140,23 @@ def _first_order(draw: Draw) -> None:
     draw.expects("time", j, draw.faults.lag_s[j])
 
 
+def _one_way(draw: Draw) -> None:
+    j = draw.joint()
+    draw.faults.dry[j] = draw.beside(draw.own.dry[j], draw.share(0.15, 0.4) * draw.effort[j])
+    share = draw.rng.choice([-1.0, 1.0]) * draw.rng.uniform(0.2, 0.6)
+    draw.faults.one_way[j] = share * draw.faults.dry[j]
+    draw.expects("dry", j, draw.faults.dry[j])
+    draw.expects("offset", j, draw.faults.one_way[j])
+
+
+def _ripple(draw: Draw) -> None:
+    j = draw.joint()
+    draw.faults.ripple[j] = draw.share(0.1, 0.4) * draw.effort[j]
+    turn = 1.0 if draw.own.slides else 2.0 * np.pi
+    draw.faults.waves[j] = draw.rng.uniform(3.0, 30.0) * turn / (2.0 * draw.own.reaches[j])
+    draw.expects("ripple", j, draw.faults.ripple[j])
+
+
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
 
 
@@ -168,6 +185,8 @@ def _by_place(draw: Draw) -> int:
 
 ALONE: dict[str, Callable[[Draw], None]] = {
     "first_order_lag": _first_order,
+    "friction_by_direction": _one_way,
+    "ripple": _ripple,
     "stribeck": _stribeck,
 }
 """Faults that are only drawn where they are asked for, so that the other draws stay as they are."""
@@ -205,11 +224,13 @@ def drawn(
     seconds: float = SECONDS,
     fault: str = "",
     as_built: bool = False,
+    counts: int = 0,
 ) -> tuple[str, Draw, str]:
     """Machine `number` of a seed: its tier and faults, and the joint of what has no name.
 
     Writes its recording, and beside it its URDF. fault: what of `ALONE` it hides instead.
-    as_built: with all tolerances that the diagnosis allows for, and not only with masses.
+    as_built: with all tolerances that the diagnosis allows for, and not only with masses. counts:
+    see `recorded`.
     """
     rng = np.random.default_rng([seed, number, int(gantry)])
     own = machine(rng, gantry)
@@ -226,5 +247,5 @@ def drawn(
     if as_built:
         _as_built(draw, np.random.default_rng([seed, number, int(gantry), 1]))
     file.with_suffix(".urdf").write_text(own.urdf())
-    recorded(file, own, draw.faults, rng, moved, seconds)
+    recorded(file, own, draw.faults, rng, moved, seconds, counts)
     return tier, draw, joint

@@ -1,6 +1,6 @@
 """Arms and gantries in motion with hidden faults: what is named of how many, and how well sized.
 
-    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--as-built]
+    python -m benchmarks.proofs.moving_arms --cases 40 --seed 2 [--gantries 20] [--as-built] [--counts 2048]
 
 Even seeds are for tuning, odd ones for judging. Needs Pinocchio (`pip install pin`), which is no
 dependency of the package. The diagnosis reads the table, the robot file and the URDF, no more.
@@ -64,10 +64,18 @@ def right_about_unknown(answer: Diagnosis, joint: str) -> bool:
 
 
 def _case(
-    folder: Path, seed: int, number: int, gantry: bool, fault: str, as_built: bool = False
+    folder: Path,
+    seed: int,
+    number: int,
+    gantry: bool,
+    fault: str,
+    as_built: bool = False,
+    counts: int = 0,
 ) -> tuple[str, Draw, str, Diagnosis]:
     file = folder / f"{'gantry' if gantry else 'arm'}{number}.csv"
-    tier, draw, joint = drawn(seed, number, gantry, file, fault=fault, as_built=as_built)
+    tier, draw, joint = drawn(
+        seed, number, gantry, file, fault=fault, as_built=as_built, counts=counts
+    )
     robot = file.with_suffix(".yaml")
     with contextlib.redirect_stdout(io.StringIO()):
         chain(robot, file.with_suffix(".urdf"))
@@ -96,6 +104,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--fault", default="", choices=sorted(ALONE), help="hide this one in each")
     parser.add_argument("--as-built", action="store_true", help="with all tolerances of a machine")
+    parser.add_argument("--counts", type=int, default=0, help="of an encoder, to one side")
     asked = parser.parse_args()
     right: dict[str, list[bool]] = defaultdict(list)
     intervals: list[bool] = []
@@ -106,7 +115,7 @@ def main() -> None:
         for number, gantry in cases:
             begun = time.process_time()
             tier, draw, joint, answer = _case(
-                Path(name), asked.seed, number, gantry, asked.fault, asked.as_built
+                Path(name), asked.seed, number, gantry, asked.fault, asked.as_built, asked.counts
             )
             seconds.append(time.process_time() - begun)
             found, wrong = named(answer, expected(draw.expected))
