@@ -53,7 +53,7 @@ def lags_as_hidden(answer: Diagnosis, hidden: list[Expected]) -> bool:
         for one in answer.findings
         if one.effect == lag and one.component in of_joint
         for name in LAGS
-        if name != of_joint[one.component]
+        if name in one.parameters and name != of_joint[one.component]
     )
 
 

@@ -86,6 +86,7 @@ JOINT_EFFECTS = {
             " {besides}",
             *(0.0, "dead_time", "s", 0.0),
         ),
+        ("dead", "lag", "dead_time", "s", "the effort of {part} acts {size} late"),
         (
             *("stribeck", "stribeck", "torque", "N m"),
             "friction of {part} is {size} higher near standstill and falls off within {besides}",
@@ -121,7 +122,9 @@ def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]
     """Kinds by name, with their sentences; slides: of each joint whether it does. tip: the link
     that carries a load.
     """
-    made = {one.name: _kind(one, slides) for one in JOINT_EFFECTS.values()}
+    made: dict[str, EffectKind] = {}
+    for one in JOINT_EFFECTS.values():
+        made.setdefault(one.name, _kind(one, slides))
     parameters = (
         Parameter("mass", "kg", -1e4, 1e4),
         *(Parameter(f"centre_{axis}", "m", -10.0, 10.0, default=0.0) for axis in "xyz"),

@@ -115,7 +115,7 @@ class JointEfforts(LeftOver):
         grips = np.hypot(YIELDING * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
-            "gain": (each(self._needed), CHAIN.as_built),
+            "gain": (each(self._smooth), CHAIN.as_built),
             "dry": (each(chain.friction * self._direction), FRICTION_OFF),
             "viscous": (each(chain.damping * self._speed), FRICTION_OFF),
             "loaded": (each(self._by_load), OF_LOAD),

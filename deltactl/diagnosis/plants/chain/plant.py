@@ -22,7 +22,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import DELAY, Columns, Draws, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Sizes
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -37,7 +37,10 @@ from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
-DRIVEN = ("lag ", "limit ")  # what a drive makes of its effort
+LATE = ("dead", "lag")
+"""What makes an effort late: each by itself, as a drive that has the one may not have the other."""
+DRIVEN = ("lag ", "dead ", "limit ")
+"""What a drive makes of its effort."""
 
 
 class ChainPlant(JointEfforts):
@@ -97,9 +100,11 @@ class ChainPlant(JointEfforts):
     def _driven_by_file(self) -> FloatArray:
         """What dead times and limits of the robot file change of the efforts, (n,)."""
         found: dict[str, float] = {}
+        column_of = {one.parameter: key for key, one in JOINT_EFFECTS.items()}
         for key, sizes in self._stated:
             for name, size in sizes.items() if key.startswith(DRIVEN) else ():
-                found[f"{key}.{name}"] = found.get(f"{key}.{name}", 0.0) + size
+                own = f"{column_of[name]} {key.partition(' ')[2]}.{name}"
+                found[own] = found.get(own, 0.0) + size
         return self.base(frozenset(name.rpartition(".")[0] for name in found), found)
 
     def _place(self, key: str) -> tuple[str, int]:
@@ -117,8 +122,8 @@ class ChainPlant(JointEfforts):
         found = [
             Regressor(
                 f"{key} {joint}", one.name, component=joint, alone=False,
-                takes_over=f"{key} {joint}",
-                **{"log_odds": one.log_odds, **self._differing(key, j)},
+                **{"log_odds": one.log_odds, "takes_over": f"{key} {joint}"}
+                | self._differing(key, j),
             )
             for j, joint in moving for key, one in JOINT_EFFECTS.items()
         ]  # fmt: skip
@@ -136,6 +141,8 @@ class ChainPlant(JointEfforts):
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
+        time, dead = late_sizes(JOINT_S, period_s)
+        late = off(clocks_apart_s(period_s), saturated=False, starts=JOINT_STARTS_S)
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
@@ -144,25 +151,22 @@ class ChainPlant(JointEfforts):
             "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
-            "lag": off(
-                clocks_apart_s(period_s), saturated=False,
-                sizes=late_sizes(JOINT_S, period_s), starts=JOINT_STARTS_S,
-            ),
+            "lag": late | {"sizes": (time,)},
+            "dead": late | {"sizes": (dead,), "takes_over": f"lag {name}"},
             "limit": self._limits[joint].differs,
         }  # fmt: skip
         return table.get(key, by_gain)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
-        made = np.zeros(len(self.t_s))
-        for key in keys:
-            if key.startswith(DRIVEN):
-                column, joint = self._place(key)
-                if column == "lag":
-                    late = (sizes.get(f"{key}.{name}", 0.0) for name in ("dead_time", "time"))
-                    made += self._since(joint, *late)
-                elif joint in self._limits:
-                    made += self._limits[joint].kept_back(sizes[f"{key}.limit"])
+        made, at_work = np.zeros(len(self.t_s)), {one for one in keys if one.startswith(DRIVEN)}
+        for j, joint in enumerate(self.joints):
+            late = [f"{key} {joint}.{JOINT_EFFECTS[key].parameter}" for key in LATE]
+            late_s = [sizes[n] if n.rpartition(".")[0] in at_work else 0.0 for n in late]
+            if any(late_s):
+                made += self._since(j, *late_s)
+            if (limit := f"limit {joint}") in at_work and j in self._limits:
+                made += self._limits[j].kept_back(sizes[f"{limit}.limit"])
         return made
 
     @cached_property
@@ -292,8 +296,8 @@ class ChainPlant(JointEfforts):
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
-        if column == "lag":
-            return DELAY
+        if column in LATE:
+            return [Shown(name, unit, lambda v: v[name])]
         gain, nothing = f"gain {self.joints[joint]}.scale", kept or one.nothing
         found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), nothing)]
         if one.besides:
