@@ -42,8 +42,6 @@ class ChainOptions:
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
     noise: float = 0.02
     """Usual noise of an effort, as a share of its root mean square."""
-    rounds: int = 4
-    """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
 
 
 CHAIN = ChainOptions()
@@ -163,7 +161,9 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _smooth(self) -> FloatArray:
-        """Efforts (m, joints) without their noise, which no time constant may explain."""
+        """Efforts (m, joints) without their noise, which no time constant may explain: a drive that
+        is off shows another share of all of them.
+        """
         own, ones = [self._needed, self._direction, self._speed], np.ones_like(self._needed)
         acting = np.stack([*own, self._change, ones], axis=2)
         shapes = [acting, self.moved.passed[0].slope(acting), self._load_efforts]

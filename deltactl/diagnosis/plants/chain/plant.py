@@ -22,7 +22,14 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.regression import (
+    Columns,
+    Draws,
+    Regressor,
+    Shown,
+    Sizes,
+    instead,
+)
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -33,7 +40,7 @@ from deltactl.models.effects.chain_joints import (
 from deltactl.models.effects.effort_offset import ZERO_OFF
 from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
-from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
+from deltactl.models.rigid_chain import RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -136,26 +143,28 @@ class ChainPlant(JointEfforts):
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""
         name, chain, period_s = self.joints[joint], self.chain, self.moved.whole.period_s
-        kept, by_gain = self._kept(key, joint), {"measured_by": f"gain {name}.scale"}
+        kept = self._kept(key, joint)
 
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         time, dead = late_sizes(JOINT_S, period_s)
         late = off(clocks_apart_s(period_s), saturated=False, starts=JOINT_STARTS_S)
-        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
+        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
-            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
-            "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
+            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0)},
+            "stribeck": self._slow[joint].differs(""),
             "gain": off(CHAIN.as_built, above=-1.0),
-            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
+            "offset": off(
+                ZERO_OFF * float(self.sizes[joint]), equivalents=instead("effort/offset")
+            ),
             "lag": late | {"sizes": (time,)},
             "dead": late | {"sizes": (dead,), "takes_over": f"lag {name}"},
             "limit": self._limits[joint].differs,
         }  # fmt: skip
-        return table.get(key, by_gain)
+        return table[key]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
@@ -219,31 +228,11 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives make of it."""
-        found = {**self._acting, LOAD: self._load}
-        given = self._explained + self._load.values @ self._carried
-        for joint, own in zip(self.joints, self.own.T, strict=True):
-            found[f"gain {joint}"] = Columns.of(own * given, FILE_SPREADS.gain_share, "scale")
+        found, shown = {**self._acting, LOAD: self._load}, self._each(self._smooth).T
+        for joint, own in zip(self.joints, shown, strict=True):
+            found[f"gain {joint}"] = Columns.of(-own, FILE_SPREADS.gain_share, "scale")
             found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
         return found
-
-    @cached_property
-    def _carried(self) -> FloatArray:
-        """Most probable moments (10,) of a load beside all that has a name.
-
-        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
-        that one of both has to be known first.
-        """
-        moments = np.zeros(len(BODY))
-        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
-        left = self.observed[self.rows] / (CHAIN.noise * self.usual[self.rows])
-        for _ in range(CHAIN.rounds):
-            given = self._explained + self._load.values @ moments
-            drives = Columns(given[:, None] * self.own, spread)
-            white = self.whitened([self._load, drives, self.free(), *self._acting.values()])
-            known = np.eye(white.shape[1]) + white.T @ white
-            size = np.linalg.solve(known, white.T @ left)
-            moments = size[: len(BODY)] * self._load.spread
-        return moments
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
@@ -277,8 +266,8 @@ class ChainPlant(JointEfforts):
         return ChainPlant(self.robot, self._recordings, self.chain, FORCED_AXIS.narrower)
 
     def adopt(self, trained: ChainPlant) -> None:
-        """Spreads and load of the recording that sizes were found on."""
-        self.sizes, self._carried = trained.sizes, trained._carried
+        """Spreads of the recording that sizes were found on."""
+        self.sizes = trained.sizes
         for own, other in zip(self._slow, trained._slow, strict=True):
             own.speeds = other.speeds
         for name in ("_acting", "_shapes"):
@@ -295,11 +284,10 @@ class ChainPlant(JointEfforts):
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
-            return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
+            return [Shown(name, unit, lambda v: 1.0 + v[name], one.nothing)]
         if column in LATE:
             return [Shown(name, unit, lambda v: v[name])]
-        gain, nothing = f"gain {self.joints[joint]}.scale", kept or one.nothing
-        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), nothing)]
+        found = [Shown(name, unit, lambda v: kept + v[name], kept or one.nothing)]
         if one.besides:
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
