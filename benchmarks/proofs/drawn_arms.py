@@ -6,6 +6,7 @@ Needs Pinocchio, numpy and nothing of deltactl: another environment can draw the
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -211,6 +212,22 @@ def _as_built(draw: Draw, rng: Rng) -> None:
     faults.dead_s += CLOCK_S * off[4]
 
 
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """Which machines are drawn.
+
+    fault: what of `ALONE` each hides instead of its own. as_built: with all tolerances that the
+    diagnosis allows for, and not only with masses. counts: see `recorded`.
+    """
+
+    fault: str = ""
+    as_built: bool = False
+    counts: int = 0
+
+
+USUAL = Kind()
+
+
 def tier_of(number: int) -> str:
     """What machine `number` of any seed hides."""
     return TIERS[OF_FOUR[number % len(OF_FOUR)]]
@@ -222,30 +239,26 @@ def drawn(
     gantry: bool,
     file: Path,
     seconds: float = SECONDS,
-    fault: str = "",
-    as_built: bool = False,
-    counts: int = 0,
+    kind: Kind = USUAL,
 ) -> tuple[str, Draw, str]:
     """Machine `number` of a seed: its tier and faults, and the joint of what has no name.
 
-    Writes its recording, and beside it its URDF. fault: what of `ALONE` it hides instead.
-    as_built: with all tolerances that the diagnosis allows for, and not only with masses. counts:
-    see `recorded`.
+    Writes its recording, and beside it its URDF.
     """
     rng = np.random.default_rng([seed, number, int(gantry)])
     own = machine(rng, gantry)
     moved = (fourier if rng.integers(0, 2) else trapezoids)(rng, own, seconds)
     draw, tier, joint = Draw(rng, own, moved), tier_of(number), ""
-    if fault:
-        tier = fault
-        ALONE[fault](draw)
+    if kind.fault:
+        tier = kind.fault
+        ALONE[tier](draw)
     elif tier == "unknown":
         joint = own.joints[UNKNOWN[number // len(OF_FOUR) % len(UNKNOWN)](draw)]
     else:
         for which in rng.choice(len(NAMED), TIERS.index(tier), replace=False):
             NAMED[int(which)](draw)
-    if as_built:
+    if kind.as_built:
         _as_built(draw, np.random.default_rng([seed, number, int(gantry), 1]))
     file.with_suffix(".urdf").write_text(own.urdf())
-    recorded(file, own, draw.faults, rng, moved, seconds, counts)
+    recorded(file, own, draw.faults, rng, moved, seconds, kind.counts)
     return tier, draw, joint

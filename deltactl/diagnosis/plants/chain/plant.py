@@ -127,12 +127,9 @@ class ChainPlant(JointEfforts):
     def _regressors(self) -> list[Regressor]:
         moving = [(j, self.joints[j]) for j in self.moving()]
         found = [
-            Regressor(
-                f"{key} {joint}", one.name, component=joint, alone=False,
-                **{"log_odds": one.log_odds, "takes_over": f"{key} {joint}"}
-                | self._differing(key, j),
-            )
+            Regressor(f"{key} {joint}", one.name, component=joint, alone=False, **differing)
             for j, joint in moving for key, one in JOINT_EFFECTS.items()
+            for differing in [self._differing(key, j)]
         ]  # fmt: skip
         last = f"link {self.joints[-1]}"
         found.append(
@@ -164,7 +161,8 @@ class ChainPlant(JointEfforts):
             "dead": late | {"sizes": (dead,), "takes_over": f"lag {name}"},
             "limit": self._limits[joint].differs,
         }  # fmt: skip
-        return table[key]
+        usual = {"log_odds": JOINT_EFFECTS[key].log_odds, "takes_over": f"{key} {name}"}
+        return usual | table[key]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
