@@ -19,6 +19,7 @@ from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.force_shapes import SlowFriction
 from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
+from deltactl.models.effects.chain_joints import JOINT_EFFECTS
 from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDING, YIELDS_OVER
 from deltactl.models.effects.payload import OF_MASS, OFF_OF_REACH
 from deltactl.models.rigid_chain import BODY, RigidChain
@@ -132,9 +133,41 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _by_load(self) -> FloatArray:
-        """Friction by the load of the gear, which its links are, less that at the usual load."""
-        load = np.abs(self._bare - self.chain.damping * self.moved.speed)
-        return self._low_passed(np.mean(self._held, axis=0) * (load - self._usually(load)))
+        """Friction by the load of the gear, which its links and what they carry are, less that at
+        the usual load of its links alone.
+        """
+        links = self._bare - self.chain.damping * self.moved.speed
+        beyond = np.abs(links + self._load_efforts @ self._carried) - self._usually(np.abs(links))
+        return self._low_passed(np.mean(self._held, axis=0) * beyond)
+
+    @cached_property
+    def _carried(self) -> FloatArray:
+        """Most probable moments (10,) of a load beside what acts at the joints and drives that are
+        off.
+        """
+        drives = Columns(self._each(self._smooth), np.full(len(self.joints), CHAIN.as_built))
+        white = self.whitened([self._load, drives, *self._acting.values()])
+        left = self.layout.laid(self._filtered - self._needed)[self.rows] / self.usual[self.rows]
+        known = np.eye(white.shape[1]) + white.T @ white
+        size = np.linalg.solve(known, white.T @ left / CHAIN.noise)
+        return np.asarray(size[: len(BODY)] * self._load.spread)
+
+    @cached_property
+    def _acting(self) -> dict[str, Columns]:
+        """Efforts (n, k) of all that acts at a joint or at the last link."""
+        tops = np.array([one.top_speed for one in self.moved.passed])
+        brisk = np.sqrt(np.maximum(self._usually(self._change**2), 1e-300))
+        tables = {
+            "dry": (self._direction, self.sizes),
+            "viscous": (self._speed, self.sizes / tops),
+            "rotor": (self._change, self.sizes / brisk),
+            "offset": (np.ones_like(self._change), self.sizes),
+        }
+        return {
+            f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
+            for column, (values, spreads) in tables.items()
+            for joint, each, spread in zip(self.joints, self._each(values).T, spreads, strict=True)
+        }
 
     @cached_property
     def _held(self) -> FloatArray:

@@ -207,23 +207,6 @@ class ChainPlant(JointEfforts):
         return Columns.of(shape, spread, "torque")
 
     @cached_property
-    def _acting(self) -> dict[str, Columns]:
-        """Efforts (n, k) of all that acts at a joint or at the last link."""
-        tops = np.array([one.top_speed for one in self.moved.passed])
-        brisk = np.sqrt(np.maximum(self._usually(self._change**2), 1e-300))
-        tables = {
-            "dry": (self._direction, self.sizes),
-            "viscous": (self._speed, self.sizes / tops),
-            "rotor": (self._change, self.sizes / brisk),
-            "offset": (np.ones_like(self._change), self.sizes),
-        }
-        return {
-            f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
-            for column, (values, spreads) in tables.items()
-            for joint, each, spread in zip(self.joints, self._each(values).T, spreads, strict=True)
-        }
-
-    @cached_property
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives make of it."""
         found, shown = {**self._acting, LOAD: self._load}, self._each(self._smooth).T
