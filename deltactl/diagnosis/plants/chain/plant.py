@@ -37,6 +37,7 @@ from deltactl.models.effects.chain_joints import (
     load_moments,
     rotor_log_odds,
 )
+from deltactl.models.effects.effort_gain import LEAST
 from deltactl.models.effects.effort_offset import ZERO_OFF
 from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
@@ -153,7 +154,7 @@ class ChainPlant(JointEfforts):
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0)},
             "stribeck": self._slow[joint].differs(""),
-            "gain": off(CHAIN.as_built, above=-1.0),
+            "gain": off(CHAIN.as_built, above=LEAST - 1.0),
             "offset": off(
                 ZERO_OFF * float(self.sizes[joint]), equivalents=instead("effort/offset")
             ),
