@@ -73,13 +73,21 @@ class HillClimb:
         these may come and go.
         """
         self.evidence, self.kept = evidence, kept
+        self._most: dict[frozenset[str], float] = {}
         chosen = [r for r in evidence.plant.regressors if r.left_over == left_over]
         if among is not None:
             chosen = [r for r in evidence.plant.regressors if r.key in among]
         kept_too = [r for r in evidence.plant.regressors if r.key in kept]
         self._all = {r.key: r for r in (*chosen, *kept_too)}
 
-    def run(self, start: frozenset[str] = frozenset(), better_than: float = -np.inf) -> Posterior:
+    def run(self) -> Posterior:
+        """From what is kept to where no move is better, with all sets that count there."""
+        self.climbed()
+        return self.posterior()
+
+    def climbed(
+        self, start: frozenset[str] = frozenset(), better_than: float = -np.inf
+    ) -> Explanation:
         """From what is kept, and a set to begin with, to where no move is better.
 
         better_than: log evidence of another plant; nothing is exchanged far below it.
@@ -90,6 +98,14 @@ class HillClimb:
             here = better
             if self.evidence.plant.is_far(at_point.beyond_noise, here.beyond_noise):
                 break
+        return max(self._mine(), key=_order)
+
+    def posterior(self) -> Posterior:
+        """All sets that count; some of them were not evaluated before, for their bound."""
+        best = max(self._mine(), key=_order).log_evidence
+        for keys, most in self._most.items():
+            if most > best - SELECTION.window:
+                self.evidence(keys, [self.evidence(self.kept)])
         return posterior(self._mine())
 
     def _better(self, here: Explanation, least: float) -> Explanation | None:
@@ -155,5 +171,19 @@ class HillClimb:
         return self._evaluated(here, sets)
 
     def _evaluated(self, here: Explanation, sets: Iterable[frozenset[str]]) -> list[Explanation]:
+        """Those that may be the best, by a bound on their evidence."""
         start = [here, self.evidence(self.kept)]
-        return [self.evidence(s, start) for s in sets if self.allowed(s)]
+        most = {s: self.evidence.at_most(s) for s in sets if self.allowed(s)}
+        self._most |= most
+        found, best = [], here.log_evidence
+        for keys in sorted(most, key=lambda s: -most[s]):
+            if most[keys] < best:
+                break
+            found.append(self.evidence(keys, start))
+            best = max(best, found[-1].log_evidence)
+        return found
+
+
+def _order(explanation: Explanation) -> tuple[float, int]:
+    """The more probable first, and of equals the smaller."""
+    return explanation.log_evidence, -len(explanation.keys)

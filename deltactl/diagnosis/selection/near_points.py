@@ -11,10 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
+from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.plants.regression import RegressionPlant
 from deltactl.diagnosis.progress import Progress
-from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior
+from deltactl.diagnosis.selection.model_posterior import HillClimb
 from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.diagnosis.selection.options import SELECTION
 
@@ -22,16 +23,17 @@ from deltactl.diagnosis.selection.options import SELECTION
 def select_near(plant: RegressionPlant, progress: Progress) -> Selected:
     """The chosen explanation of a plant that is linear only near one."""
     progress("searching for what is missing")
-    plant, evidence, found = chosen(plant, progress)
+    plant, climb, _ = chosen(plant, progress)
+    evidence, found = climb.evidence, climb.posterior()
     chances = {r.key: found.probability(r.key) for r in plant.regressors}
     return Selected(plant, evidence, found, chances, found.nothing, found.best, {}, evidence)
 
 
-Found = tuple[RegressionPlant, Laplace, Posterior]
+Found = tuple[RegressionPlant, HillClimb, Explanation]
 
 
 def chosen(plant: RegressionPlant, progress: Progress) -> Found:
-    """The plant near the best set, with the evidence there and the posterior.
+    """The plant near the best set, with the search there and the set.
 
     Names first; then what has no name competes with them, beside the names and in their place.
     """
@@ -59,12 +61,12 @@ def _may_replace(opened: RegressionPlant, first: Found, named: Found) -> bool:
     """Whether what has no name may be in the place of names: of many, or of tolerances, or where
     something without a name explains by itself more than all of them.
     """
-    many = max(len(first[2].best.keys), len(named[0].point)) >= SELECTION.many_names
+    many = max(len(first[2].keys), len(named[0].point)) >= SELECTION.many_names
     if many or first[0].odds_of_care < 0.0:
         return True
-    evidence = Laplace(opened, first[1].noise)
+    evidence = Laplace(opened, first[1].evidence.noise)
     alone = [evidence([one.key]).log_evidence for one in opened.regressors if one.unknown]
-    return max(alone) > first[2].best.log_evidence
+    return max(alone) > first[2].log_evidence
 
 
 def _in_place_of_names(opened: RegressionPlant) -> Found | None:
@@ -74,14 +76,14 @@ def _in_place_of_names(opened: RegressionPlant) -> Found | None:
 
 
 def _has_unknown(found: Found) -> bool:
-    plant, _, weighed = found
-    return bool(weighed.best.keys - plant.fitted)
+    plant, _, best = found
+    return bool(best.keys - plant.fitted)
 
 
 def _weighed(found: Found, noise: TemperedNoise) -> float:
     """Log evidence of the best set under a noise."""
-    plant, _, weighed = found
-    return Laplace(plant, noise)(weighed.best.keys).log_evidence + plant.odds_of_care
+    plant, _, best = found
+    return Laplace(plant, noise)(best.keys).log_evidence + plant.odds_of_care
 
 
 def _as_careful(found: Found) -> Found:
@@ -102,34 +104,35 @@ def _settled(plant: RegressionPlant, first: Found | None = None) -> Found:
     """
     visited: dict[frozenset[str], RegressionPlant] = {}
     for _ in range(SELECTION.most_points):
-        plant, evidence, found = first or _as_built(plant)
+        plant, climb, best = first or _as_built(plant)
         first = None
-        named = found.best.keys & plant.fitted
-        if named == plant.point and plant.holds_at(found.best):
-            return plant, evidence, found
+        named = best.keys & plant.fitted
+        if named == plant.point and plant.holds_at(best):
+            return plant, climb, best
         if named in visited:
             break
-        plant = plant.moved_to(found.best)
+        plant = plant.moved_to(best)
         visited[named] = plant
     noise = plant.noise_over(list(visited.values()))
     tried = []
     for one in visited.values():
-        evidence = Laplace(one, noise)
         unfitted = sorted({r.key for r in one.regressors} - one.fitted | one.point)
-        tried.append((one, evidence, HillClimb(evidence, among=unfitted).run()))
-    return max(tried, key=lambda each: each[2].best.log_evidence)
+        climb = HillClimb(Laplace(one, noise), among=unfitted)
+        tried.append((one, climb, climb.climbed()))
+    return max(tried, key=lambda each: each[2].log_evidence)
 
 
 def _as_built(plant: RegressionPlant) -> Found:
     """The best set under the tolerances that the evidence prefers."""
-    tried: list[tuple[float, RegressionPlant, Laplace, Posterior]] = []
+    tried: list[tuple[float, Found]] = []
     start: frozenset[str] = frozenset()
     for odds, one in plant.built():
-        if tried and len(tried[0][3].best.keys) < SELECTION.careless_names:
+        if tried and len(tried[0][1][2].keys) < SELECTION.careless_names:
             break
-        evidence = Laplace(one, plant.own_noise, alike=tried[0][2] if tried else None)
+        alike = tried[0][1][1].evidence if tried else None
+        climb = HillClimb(Laplace(one, plant.own_noise, alike=alike))
         so_far = max((each[0] for each in tried), default=-np.inf)
-        found = HillClimb(evidence).run(start, so_far - odds)
-        start = found.best.keys
-        tried.append((odds + found.best.log_evidence, one, evidence, found))
-    return max(tried, key=lambda each: each[0])[1:]
+        best = climb.climbed(start, so_far - odds)
+        start = best.keys
+        tried.append((odds + best.log_evidence, (one, climb, best)))
+    return max(tried, key=lambda each: each[0])[1]
