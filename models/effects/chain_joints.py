@@ -106,6 +106,16 @@ def rotor_log_odds(stated: bool) -> float:
     return one.log_odds if stated else card_of(one.name).log_odds["unstated"]
 
 
+def known_gains(robot: ChainRobot) -> FloatArray:
+    """What each joint's drive gives of the effort of its column by the robot file, (joints,)."""
+    one, made = JOINT_EFFECTS["gain"], np.ones(len(robot.joints))
+    for entry in robot.effects:
+        if entry.effect == one.name and entry.component in robot.joints:
+            scale = float(np.mean(entry.parameters[one.parameter]))
+            made[robot.joints.index(entry.component)] *= scale
+    return made
+
+
 def load_log_odds() -> float:
     """That the last link carries what the model does not have."""
     return card_of(LOAD).log_odds["joint"]

@@ -81,18 +81,15 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
-        made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
+        made = self.layout.laid(self._needed)
         for key, sizes in self._stated:
             if key == LOAD:
                 made = made + self._load.values @ load_moments(sizes)
-                continue
-            column, joint = self._place(key)
-            if column == "gain":
-                gains[joint] *= sizes["scale"]
-            elif not key.startswith(DRIVEN):
+            elif not key.startswith((*DRIVEN, "gain ")):  # a gain is in the efforts already
+                column, joint = self._place(key)
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
                 made = made + self._acts(key, sizes.get("speed", 0.0)).values[:, 0] * size
-        return np.asarray(made / gains[self.kinds])
+        return made
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -195,8 +192,11 @@ class ChainPlant(JointEfforts):
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Efforts (n, k) of one regressor."""
-        found = self.unknown(key) if key.startswith(UNKNOWN) else self._shapes.get(key)
-        return found or self._acts(key, sizes[f"{key}.speed"])
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
+        if key.startswith(DRIVEN):
+            return Columns.none(len(self.t_s))
+        return self._shapes.get(key) or self._acts(key, sizes[f"{key}.speed"])
 
     def _acts(self, key: str, speed: float) -> Columns:
         """Efforts (n, 1) of what acts at a joint; speed: within which it falls off, if it does."""
@@ -209,12 +209,11 @@ class ChainPlant(JointEfforts):
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
-        """The same, and what drives make of it."""
-        found, shown = {**self._acting, LOAD: self._load}, self._each(self._smooth).T
-        for joint, own in zip(self.joints, shown, strict=True):
-            found[f"gain {joint}"] = Columns.of(-own, FILE_SPREADS.gain_share, "scale")
-            found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
-        return found
+        """The same, and what drives that are off make of it."""
+        given, spread = self._each(self._smooth).T, FILE_SPREADS.gain_share
+        pairs = zip(self.joints, given, strict=True)
+        gains = {f"gain {j}": Columns.of(-own, spread, "scale") for j, own in pairs}
+        return {**self._acting, **gains, LOAD: self._load}
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
@@ -224,7 +223,8 @@ class ChainPlant(JointEfforts):
         """
         joint, _, follows = name.rpartition(" ")
         keys = ["dry", "viscous", "rotor"] if follows == "scale" else list(JOINT_EFFECTS)
-        named = [self._shapes[f"{key} {joint}"].values for key in keys if key != "stribeck"]
+        shapes = [self._shapes.get(f"{key} {joint}") for key in keys]
+        named = [one.values for one in shapes if one]
         late = self._each(self._changing)[:, [self.joints.index(joint)]]
         return np.concatenate([*named, late], axis=1)
 
