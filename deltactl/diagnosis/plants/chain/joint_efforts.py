@@ -12,8 +12,7 @@ import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
-from deltactl.diagnosis.observations.layout import Layout
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Layout
 from deltactl.diagnosis.plants.chain.joint_motions import joint_motions, prepared
 from deltactl.diagnosis.plants.left_over import LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
