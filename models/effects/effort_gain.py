@@ -6,10 +6,6 @@ from deltactl.models.effects.card import Drawing, EffectCard, Trait, Words
 from deltactl.models.effects.flow import Flow
 from deltactl.models.effects.kind import EffectKind, Memory, Parameter, Port, Values, scalar
 
-LEAST = 0.5
-"""Scale of a joint's drive below which its effort is in another unit: a torque constant by peak
-amperes is that by rms over 1.41, and makers are off by 10 %."""
-
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow.angles_rad *= scalar(values, "scale")

@@ -30,11 +30,10 @@ from deltactl.models.effects.chain_joints import (
     load_moments,
     rotor_log_odds,
 )
-from deltactl.models.effects.effort_gain import LEAST
 from deltactl.models.effects.effort_offset import ZERO_OFF
 from deltactl.models.effects.following_lag import JOINT_S, JOINT_STARTS_S
 from deltactl.models.effects.joint_friction import FRICTION_OFF
-from deltactl.models.rigid_chain import RigidChain, force_per_unit
+from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
@@ -74,15 +73,19 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
-        made = self.layout.laid(self._needed)
+        made = self.layout.laid(self._needed) + self._load.values @ self._loaded
         for key, sizes in self._stated:
-            if key == LOAD:
-                made = made + self._load.values @ load_moments(sizes)
-            elif not key.startswith((*DRIVEN, "gain ")):  # a gain is in the efforts already
+            if not key.startswith((*DRIVEN, "gain ", LOAD)):  # a gain is in the efforts already
                 column, joint = self._place(key)
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
                 made = made + self._acts(key, sizes.get("speed", 0.0)).values[:, 0] * size
         return made
+
+    @property
+    def _loaded(self) -> FloatArray:
+        """Moments (10,) of the loads in the robot file."""
+        each = [load_moments(sizes) for key, sizes in self._stated if key == LOAD]
+        return np.sum([np.zeros(len(BODY)), *each], axis=0)
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -131,22 +134,23 @@ class ChainPlant(JointEfforts):
     def _differing(self, key: str, joint: int) -> dict[str, Any]:
         """How the regressor of an effect at a joint differs from others."""
         name, chain, period_s = self.joints[joint], self.chain, self.moved.whole.period_s
-        kept = self._kept(key, joint)
+        kept, by_gain = self._kept(key, joint), {"measured_by": f"gain {name}.scale"}
 
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
         time, dead = late_sizes(JOINT_S, period_s)
         late = off(clocks_apart_s(period_s), saturated=False, starts=JOINT_STARTS_S)
-        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0}
+        brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
             "viscous": off(FRICTION_OFF * float(chain.damping[joint]), **brakes),
-            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0)},
-            "stribeck": self._slow[joint].differs(""),
-            "gain": off(CHAIN.as_built, above=LEAST - 1.0),
+            "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
+            "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
+            "gain": off(CHAIN.as_built, above=-1.0),
             "offset": off(
-                ZERO_OFF * float(self.sizes[joint]), equivalents=instead("effort/offset")
+                ZERO_OFF * float(self.sizes[joint]), equivalents=instead("effort/offset"),
+                **by_gain,
             ),
             "lag": late | {"sizes": (time,)},
             "dead": late | {"sizes": (dead,), "takes_over": f"lag {name}"},
@@ -203,9 +207,9 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
         """The same, and what drives that are off make of it."""
-        given, spread = self._each(self._smooth).T, FILE_SPREADS.gain_share
-        pairs = zip(self.joints, given, strict=True)
-        gains = {f"gain {j}": Columns.of(-own, spread, "scale") for j, own in pairs}
+        given = self._explained + self._load.values @ (self._carried - self._loaded)
+        pairs, spread = zip(self.joints, self.own.T, strict=True), FILE_SPREADS.gain_share
+        gains = {f"gain {j}": Columns.of(own * given, spread, "scale") for j, own in pairs}
         return {**self._acting, **gains, LOAD: self._load}
 
     def spanned(self, name: str) -> FloatArray:
@@ -241,8 +245,8 @@ class ChainPlant(JointEfforts):
         return ChainPlant(self.robot, self._recordings, self.chain, FORCED_AXIS.narrower)
 
     def adopt(self, trained: ChainPlant) -> None:
-        """Spreads of the recording that sizes were found on."""
-        self.sizes = trained.sizes
+        """Spreads and load of the recording that sizes were found on."""
+        self.sizes, self._carried = trained.sizes, trained._carried
         for own, other in zip(self._slow, trained._slow, strict=True):
             own.speeds = other.speeds
         for name in ("_acting", "_shapes"):
@@ -259,10 +263,11 @@ class ChainPlant(JointEfforts):
         one, kept = JOINT_EFFECTS[column], self._kept(column, joint)
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
-            return [Shown(name, unit, lambda v: 1.0 + v[name], one.nothing)]
+            return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
         if column in LATE:
             return [Shown(name, unit, lambda v: v[name])]
-        found = [Shown(name, unit, lambda v: kept + v[name], kept or one.nothing)]
+        gain, nothing = f"gain {self.joints[joint]}.scale", kept or one.nothing
+        found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), nothing)]
         if one.besides:
             unit = one.unit_of(self.chain.slides[joint], one.besides)
             found.append(Shown(one.besides, unit, lambda v: v[one.besides]))
