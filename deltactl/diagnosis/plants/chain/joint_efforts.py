@@ -153,8 +153,7 @@ class JointEfforts(LeftOver):
         left = self.layout.laid(self._filtered - self._needed)[self.rows]
         left = left / (CHAIN.noise * self.usual[self.rows])
         for _ in range(CHAIN.rounds):
-            given = self._needed + self._load_efforts @ moments
-            drives = Columns(self._each(given), spread)
+            drives = Columns(self._each(self._needed + self._load_efforts @ moments), spread)
             white = self.whitened([self._load, drives, *self._acting.values()])
             known = np.eye(white.shape[1]) + white.T @ white
             size = np.linalg.solve(known, white.T @ left)
@@ -189,7 +188,7 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _changing(self) -> FloatArray:
-        return self.moved.passed[0].slope(self._filtered)
+        return self._in_time.curves(self._filtered).slopes
 
     def _since(self, joint: int, dead_s: float, time_s: float) -> FloatArray:
         """Effort of a joint less what a dead time and a time constant leave of it, (n,).
@@ -208,7 +207,7 @@ class JointEfforts(LeftOver):
         """
         own, ones = [self._needed, self._direction, self._speed], np.ones_like(self._needed)
         acting = np.stack([*own, self._change, ones], axis=2)
-        shapes = [acting, self.moved.passed[0].slope(acting), self._load_efforts]
+        shapes = [acting, self._in_time.curves(acting).slopes, self._load_efforts]
         rows = self.moved.counts | ~self.moved.counts.any(axis=0)
         made = np.empty_like(ones)
         for j, shape in enumerate(np.concatenate(shapes, axis=2).swapaxes(0, 1)):

@@ -39,8 +39,7 @@ from deltactl.recording.tables.flat import FlatRecording
 
 LATE = ("dead", "lag")
 """What makes an effort late: each by itself, as a drive that has the one may not have the other."""
-DRIVEN = ("lag ", "dead ", "limit ")
-"""What a drive makes of its effort."""
+DRIVEN = ("lag ", "dead ", "limit ")  # what a drive makes of its effort
 
 
 class ChainPlant(JointEfforts):
@@ -141,6 +140,7 @@ class ChainPlant(JointEfforts):
 
         time, dead = late_sizes(JOINT_S, period_s)
         late = off(clocks_apart_s(period_s), saturated=False, starts=JOINT_STARTS_S)
+        either = {"equivalents": instead("effort/offset")}
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
@@ -148,10 +148,7 @@ class ChainPlant(JointEfforts):
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
             "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
-            "offset": off(
-                ZERO_OFF * float(self.sizes[joint]), equivalents=instead("effort/offset"),
-                **by_gain,
-            ),
+            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain, **either),
             "lag": late | {"sizes": (time,)},
             "dead": late | {"sizes": (dead,), "takes_over": f"lag {name}"},
             "limit": self._limits[joint].differs,
