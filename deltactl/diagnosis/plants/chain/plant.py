@@ -84,7 +84,7 @@ class ChainPlant(JointEfforts):
     def _loaded(self) -> FloatArray:
         """Moments (10,) of the loads in the robot file."""
         each = [load_moments(sizes) for key, sizes in self._stated if key == LOAD]
-        return np.sum([np.zeros(len(BODY)), *each], axis=0)
+        return np.asarray(np.sum([np.zeros(len(BODY)), *each], axis=0))
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
