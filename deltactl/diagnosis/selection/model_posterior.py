@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,12 +50,17 @@ class Posterior:
 
 def posterior(explanations: Iterable[Explanation]) -> Posterior:
     """Weights of evaluated sets. Raises OverflowError where none of them has any evidence."""
-    ordered = sorted(explanations, key=lambda e: (-e.log_evidence, len(e.keys), sorted(e.keys)))
-    top = ordered[0].log_evidence
+    return weighed({one: one.log_evidence for one in explanations})
+
+
+def weighed(evidence: Mapping[Explanation, float]) -> Posterior:
+    """Weights by log evidence; of equals the smaller set, then the first, is the best."""
+    ordered = sorted(evidence, key=lambda e: (-evidence[e], len(e.keys), sorted(e.keys)))
+    top = evidence[ordered[0]]
     if not np.isfinite(top):
         raise OverflowError("no set of regressors has any evidence")
-    counted = [e for e in ordered if top - e.log_evidence < SELECTION.window]
-    weights = np.exp([e.log_evidence - top for e in counted])
+    counted = [e for e in ordered if top - evidence[e] < SELECTION.window]
+    weights = np.exp([evidence[e] - top for e in counted])
     return Posterior(counted, (weights / weights.sum()).tolist())
 
 
@@ -99,6 +104,10 @@ class HillClimb:
             if self.evidence.plant.is_far(at_point.beyond_noise, here.beyond_noise):
                 break
         return max(self._mine(), key=_order)
+
+    def looked_around(self, here: Explanation) -> None:
+        """Know of all sets one move away."""
+        self._better(here, -np.inf)
 
     def posterior(self) -> Posterior:
         """All sets that count; some of them were not evaluated before, for their bound."""
