@@ -32,10 +32,8 @@ SECONDS = 60.0
 TIERS = ("none", "single", "pair", "unknown")
 BEYOND_STATED = 0.2
 """Share of the stated friction by which a fault's is larger: by half as much two days differ."""
-CLOCK_S = 0.002
-"""Usual time between an effort and its position: a quarter of a sampling period,"""
 OFF = {"mass": 0.02, "gain": 0.02, "dry": 0.05, "viscous": 0.05, "offset": 0.01}
-"""and usual shares by which a machine as built is off its drawing: what the diagnosis tolerates."""
+"""Usual shares by which a machine as built is off its drawing: what the diagnosis tolerates."""
 MOST_OFF = 2.0
 """Times these, beyond which it is a fault."""
 OF_FOUR = (0, 1, 1, 1, 2, 2, 2, 3)
@@ -209,7 +207,7 @@ def _as_built(draw: Draw, rng: Rng) -> None:
         free = [(key, joint) not in hidden for joint in own.joints]
         getattr(faults, key)[:] += OFF[key] * size * drawn_off * free
     faults.mass[:] = OFF["mass"]
-    faults.dead_s += CLOCK_S * off[4]
+    faults.clocks[:] = off[4]
 
 
 @dataclass(frozen=True, slots=True)

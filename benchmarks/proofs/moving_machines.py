@@ -139,6 +139,8 @@ class Faults:
         self.gain = none + 1.0
         self.mass = none + DRAWN_MASS
         """Usual share by which a link's mass is off the drawing."""
+        self.clocks = none.copy()
+        """Quarters of a sampling period by which an effort is read early."""
         self.coupled = np.zeros((self.joints, self.joints))
         """Share of another joint's effort that a joint's column has too."""
 
@@ -277,6 +279,7 @@ def recorded(
     counts: in the reach to one side; drawn where 0.
     """
     rate_hz = float(rng.choice([100.0, 125.0, 200.0]))
+    faults.dead_s = faults.dead_s + 0.25 / rate_hz * faults.clocks
     drive = efforts(own, moved, faults, rng)
     t_s = np.arange(0.0, seconds, 1.0 / rate_hz)
 
