@@ -46,7 +46,7 @@ class NearPoints:
 
         Names first; then what has no name competes with them, beside the names and in their place.
         """
-        first = _as_built(self.plant)
+        first = self._as_built(self.plant)
         named = self._as_careful(self._settled(self.plant, first))
         progress("what the named effects leave")
         beside, opened = named[0].opened(), self.plant.opened() if named[0].point else None
@@ -85,7 +85,7 @@ class NearPoints:
 
     def _in_place_of_names(self, opened: RegressionPlant) -> Found | None:
         """Chosen from nothing on, with what has no name; None where none of it is."""
-        first = _as_built(opened)
+        first = self._as_built(opened)
         return self._settled(opened, first) if first[2].keys - opened.fitted else None
 
     def _as_careful(self, found: Found) -> Found:
@@ -105,7 +105,7 @@ class NearPoints:
         """
         visited: dict[frozenset[str], RegressionPlant] = {}
         for _ in range(SELECTION.most_points):
-            plant, climb, best = first or _as_built(plant)
+            plant, climb, best = first or self._as_built(plant)
             first = None
             named = best.keys & plant.fitted
             if named == plant.point and plant.holds_at(best):
@@ -126,21 +126,22 @@ class NearPoints:
         climb.looked_around(best)
         return plant, climb, best
 
-
-def _as_built(plant: RegressionPlant) -> Found:
-    """The best set under the tolerances that the evidence prefers."""
-    tried: list[tuple[float, Found]] = []
-    start: frozenset[str] = frozenset()
-    for odds, one in plant.built():
-        if tried and len(tried[0][1][2].keys) < SELECTION.careless_names:
-            break
-        alike = tried[0][1][1].evidence if tried else None
-        climb = HillClimb(Laplace(one, plant.own_noise, alike=alike))
-        so_far = max((each[0] for each in tried), default=-np.inf)
-        best = climb.climbed(start, so_far - odds)
-        start = best.keys
-        tried.append((odds + best.log_evidence, (one, climb, best)))
-    return max(tried, key=lambda each: each[0])[1]
+    def _as_built(self, plant: RegressionPlant) -> Found:
+        """The best set under the tolerances that the evidence prefers."""
+        tried: list[tuple[float, Found]] = []
+        start: frozenset[str] = frozenset()
+        for odds, one in plant.built():
+            if tried and len(tried[0][1][2].keys) < SELECTION.careless_names:
+                break
+            alike = tried[0][1][1].evidence if tried else None
+            climb = HillClimb(Laplace(one, plant.own_noise, alike=alike))
+            so_far = max((each[0] for each in tried), default=-np.inf)
+            best = climb.climbed(start, so_far - odds)
+            start = best.keys
+            tried.append((odds + best.log_evidence, (one, climb, best)))
+            if best.keys & one.fitted == one.point:
+                self._met.append((one, best.keys))
+        return max(tried, key=lambda each: each[0])[1]
 
 
 def _may_replace(opened: RegressionPlant, first: Found, named: Found) -> bool:
