@@ -59,7 +59,7 @@ def of_another_kind(found: Refusal, robot: RobotModel, recording: FlatRecording)
 
 def _could_be(guesses: Mapping[str, Guess], recording: FlatRecording, wanted: Set[str]) -> str:
     """Which columns with names of their own look like those of the program, and what to type."""
-    wanted = roles - ({"effort"} if ASKED & set(recording.columns) else set())
+    wanted = wanted - ({"effort"} if ASKED & set(recording.columns) else set())
     found = [
         guess
         for name, guess in guesses.items()

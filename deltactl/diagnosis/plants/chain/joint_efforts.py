@@ -135,9 +135,7 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _by_load(self) -> FloatArray:
-        """Friction by the load of the gear, which its links and what they carry are, less that at
-        the usual load of its links alone.
-        """
+        """Friction by the load of gears, with what links carry, less that at their links' usual."""
         links = self._bare - self.chain.damping * self.moved.speed
         beyond = np.abs(links + self._load_efforts @ self._carried) - self._usually(np.abs(links))
         return self._low_passed(np.mean(self._held, axis=0) * beyond)

@@ -37,8 +37,7 @@ from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
-LATE = ("dead", "lag")
-"""What makes an effort late: each by itself, as a drive that has the one may not have the other."""
+LATE = ("dead", "lag")  # by themselves: a drive with a dead time may have no time constant
 DRIVEN = ("lag ", "dead ", "limit ")  # what a drive makes of its effort
 
 
@@ -158,14 +157,14 @@ class ChainPlant(JointEfforts):
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
-        made, at_work = np.zeros(len(self.t_s)), {one for one in keys if one.startswith(DRIVEN)}
+        made = np.zeros(len(self.t_s))
+        own = {name: size for name, size in sizes.items() if name.rpartition(".")[0] in keys}
         for j, joint in enumerate(self.joints):
-            late = [f"{key} {joint}.{JOINT_EFFECTS[key].parameter}" for key in LATE]
-            late_s = [sizes[n] if n.rpartition(".")[0] in at_work else 0.0 for n in late]
-            if any(late_s):
-                made += self._since(j, *late_s)
-            if (limit := f"limit {joint}") in at_work and j in self._limits:
-                made += self._limits[j].kept_back(sizes[f"{limit}.limit"])
+            late = [own.get(f"{key} {joint}.{JOINT_EFFECTS[key].parameter}", 0.0) for key in LATE]
+            if any(late):
+                made += self._since(j, *late)
+            if (limit := own.get(f"limit {joint}.limit")) is not None and j in self._limits:
+                made += self._limits[j].kept_back(limit)
         return made
 
     @cached_property
