@@ -30,6 +30,8 @@ Fault = tuple[str, str, float]
 
 SECONDS = 60.0
 TIERS = ("none", "single", "pair", "unknown")
+WAVES = (3.0, 30.0)
+"""Over the travel, of an effort that repeats with the angle."""
 BEYOND_STATED = 0.2
 """Share of the stated friction by which a fault's is larger: by half as much two days differ."""
 OFF = {"mass": 0.02, "gain": 0.02, "dry": 0.05, "viscous": 0.05, "offset": 0.01}
@@ -148,14 +150,6 @@ def _one_way(draw: Draw) -> None:
     draw.expects("offset", j, draw.faults.one_way[j])
 
 
-def _ripple(draw: Draw) -> None:
-    j = draw.joint()
-    draw.faults.ripple[j] = draw.share(0.1, 0.4) * draw.effort[j]
-    turn = 1.0 if draw.own.slides else 2.0 * np.pi
-    draw.faults.waves[j] = draw.rng.uniform(3.0, 30.0) * turn / (2.0 * draw.own.reaches[j])
-    draw.expects("ripple", j, draw.faults.ripple[j])
-
-
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
 
 
@@ -182,7 +176,17 @@ def _by_place(draw: Draw) -> int:
     return j
 
 
-ALONE: dict[str, Callable[[Draw], None]] = {
+def _ripple(draw: Draw) -> int:
+    """A drive whose effort repeats with the angle of its joint."""
+    j = draw.joint()
+    draw.faults.ripple[j] = draw.share(0.1, 0.4) * draw.effort[j]
+    turn = 1.0 if draw.own.slides else 2.0 * np.pi
+    draw.faults.waves[j] = draw.rng.uniform(*WAVES) * turn / (2.0 * draw.own.reaches[j])
+    return j
+
+
+ALONE: dict[str, Callable[[Draw], int | None]] = {
+    "dead_time": _lag,
     "first_order_lag": _first_order,
     "friction_by_direction": _one_way,
     "ripple": _ripple,
@@ -248,8 +252,8 @@ def drawn(
     moved = (fourier if rng.integers(0, 2) else trapezoids)(rng, own, seconds)
     draw, tier, joint = Draw(rng, own, moved), tier_of(number), ""
     if kind.fault:
-        tier = kind.fault
-        ALONE[tier](draw)
+        tier, unnamed = kind.fault, ALONE[kind.fault](draw)
+        joint = "" if unnamed is None else own.joints[unnamed]
     elif tier == "unknown":
         joint = own.joints[UNKNOWN[number // len(OF_FOUR) % len(UNKNOWN)](draw)]
     else:

@@ -113,7 +113,7 @@ def main() -> None:
             found, wrong = named(answer, expected(draw.expected))
             good = found == len(draw.expected) and not wrong
             good &= lags_as_hidden(answer, expected(draw.expected))
-            if tier == "unknown":
+            if joint:
                 good = right_about_unknown(answer, joint)
             machine = "gantry" if gantry else "arm"
             right[f"{machine}, {tier}"].append(good)
