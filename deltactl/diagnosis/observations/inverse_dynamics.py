@@ -12,7 +12,6 @@ from deltactl.diagnosis.observations.ahead_in_time import SPLINE
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
-from deltactl.recording.column_measures import step_of
 
 FRAYED = 6
 """Rows at each end of a stretch where a slope of noisy readings is mostly their noise."""
@@ -132,9 +131,6 @@ def cut_off(position: FloatArray, step_s: float) -> float:
 
 
 def white_noise(position: FloatArray) -> float:
-    """Standard deviation of noise without memory, from third differences; at least that of
-    rounding, of which an axis that rests in half of its rows shows none.
-    """
+    """Standard deviation of noise without memory, from third differences."""
     third = np.diff(position, 3)
-    noise = MAD_TO_SIGMA * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
-    return max(noise, step_of(position) / float(np.sqrt(12.0)))
+    return MAD_TO_SIGMA * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
