@@ -6,6 +6,7 @@ Needs Pinocchio, numpy and nothing of deltactl: another environment can draw the
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,12 +30,12 @@ Fault = tuple[str, str, float]
 
 SECONDS = 60.0
 TIERS = ("none", "single", "pair", "unknown")
+WAVES = (3.0, 30.0)
+"""Over the travel, of an effort that repeats with the angle."""
 BEYOND_STATED = 0.2
 """Share of the stated friction by which a fault's is larger: by half as much two days differ."""
-CLOCK_S = 0.002
-"""Usual time between an effort and its position: a quarter of a sampling period,"""
 OFF = {"mass": 0.02, "gain": 0.02, "dry": 0.05, "viscous": 0.05, "offset": 0.01}
-"""and usual shares by which a machine as built is off its drawing: what the diagnosis tolerates."""
+"""Usual shares by which a machine as built is off its drawing: what the diagnosis tolerates."""
 MOST_OFF = 2.0
 """Times these, beyond which it is a fault."""
 OF_FOUR = (0, 1, 1, 1, 2, 2, 2, 3)
@@ -140,6 +141,15 @@ def _first_order(draw: Draw) -> None:
     draw.expects("time", j, draw.faults.lag_s[j])
 
 
+def _one_way(draw: Draw) -> None:
+    j = draw.joint()
+    draw.faults.dry[j] = draw.beside(draw.own.dry[j], draw.share(0.15, 0.4) * draw.effort[j])
+    share = draw.rng.choice([-1.0, 1.0]) * draw.rng.uniform(0.2, 0.6)
+    draw.faults.one_way[j] = share * draw.faults.dry[j]
+    draw.expects("dry", j, draw.faults.dry[j])
+    draw.expects("offset", j, draw.faults.one_way[j])
+
+
 NAMED: tuple[Callable[[Draw], None], ...] = (_dry, _viscous, _rotor, _offset, _gain, _lag, _load)
 
 
@@ -166,8 +176,20 @@ def _by_place(draw: Draw) -> int:
     return j
 
 
-ALONE: dict[str, Callable[[Draw], None]] = {
+def _ripple(draw: Draw) -> int:
+    """A drive whose effort repeats with the angle of its joint."""
+    j = draw.joint()
+    draw.faults.ripple[j] = draw.share(0.1, 0.4) * draw.effort[j]
+    turn = 1.0 if draw.own.slides else 2.0 * np.pi
+    draw.faults.waves[j] = draw.rng.uniform(*WAVES) * turn / (2.0 * draw.own.reaches[j])
+    return j
+
+
+ALONE: dict[str, Callable[[Draw], int | None]] = {
+    "dead_time": _lag,
     "first_order_lag": _first_order,
+    "friction_by_direction": _one_way,
+    "ripple": _ripple,
     "stribeck": _stribeck,
 }
 """Faults that are only drawn where they are asked for, so that the other draws stay as they are."""
@@ -189,7 +211,23 @@ def _as_built(draw: Draw, rng: Rng) -> None:
         free = [(key, joint) not in hidden for joint in own.joints]
         getattr(faults, key)[:] += OFF[key] * size * drawn_off * free
     faults.mass[:] = OFF["mass"]
-    faults.dead_s += CLOCK_S * off[4]
+    faults.clocks[:] = off[4]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """Which machines are drawn.
+
+    fault: what of `ALONE` each hides instead of its own. as_built: with all tolerances that the
+    diagnosis allows for, and not only with masses. counts: see `recorded`.
+    """
+
+    fault: str = ""
+    as_built: bool = False
+    counts: int = 0
+
+
+USUAL = Kind()
 
 
 def tier_of(number: int) -> str:
@@ -203,28 +241,26 @@ def drawn(
     gantry: bool,
     file: Path,
     seconds: float = SECONDS,
-    fault: str = "",
-    as_built: bool = False,
+    kind: Kind = USUAL,
 ) -> tuple[str, Draw, str]:
     """Machine `number` of a seed: its tier and faults, and the joint of what has no name.
 
-    Writes its recording, and beside it its URDF. fault: what of `ALONE` it hides instead.
-    as_built: with all tolerances that the diagnosis allows for, and not only with masses.
+    Writes its recording, and beside it its URDF.
     """
     rng = np.random.default_rng([seed, number, int(gantry)])
     own = machine(rng, gantry)
     moved = (fourier if rng.integers(0, 2) else trapezoids)(rng, own, seconds)
     draw, tier, joint = Draw(rng, own, moved), tier_of(number), ""
-    if fault:
-        tier = fault
-        ALONE[fault](draw)
+    if kind.fault:
+        tier, unnamed = kind.fault, ALONE[kind.fault](draw)
+        joint = "" if unnamed is None else own.joints[unnamed]
     elif tier == "unknown":
         joint = own.joints[UNKNOWN[number // len(OF_FOUR) % len(UNKNOWN)](draw)]
     else:
         for which in rng.choice(len(NAMED), TIERS.index(tier), replace=False):
             NAMED[int(which)](draw)
-    if as_built:
+    if kind.as_built:
         _as_built(draw, np.random.default_rng([seed, number, int(gantry), 1]))
     file.with_suffix(".urdf").write_text(own.urdf())
-    recorded(file, own, draw.faults, rng, moved, seconds)
+    recorded(file, own, draw.faults, rng, moved, seconds, kind.counts)
     return tier, draw, joint

@@ -126,6 +126,10 @@ class Faults:
         none = np.zeros(self.joints)
         self.dry, self.viscous, self.rotor, self.offset = (none.copy() for _ in range(4))
         self.dead_s, self.drift, self.by_place = (none.copy() for _ in range(3))
+        self.one_way = none.copy()
+        """Dry friction that is more forward than `dry`, and less backward."""
+        self.ripple, self.waves = none.copy(), none + 1.0
+        """Effort that repeats with the angle of the joint, and how often a turn or metre."""
         self.sticks = none.copy()
         """Friction near standstill beyond that where it slides,"""
         self.sticks_to = none + 1.0
@@ -135,6 +139,8 @@ class Faults:
         self.gain = none + 1.0
         self.mass = none + DRAWN_MASS
         """Usual share by which a link's mass is off the drawing."""
+        self.clocks = none.copy()
+        """Quarters of a sampling period by which an effort is read early."""
         self.coupled = np.zeros((self.joints, self.joints))
         """Share of another joint's effort that a joint's column has too."""
 
@@ -222,14 +228,19 @@ def lugre(moved: Moved, dry: FloatArray, yields: FloatArray) -> FloatArray:
 
 
 def _dry(own: Machine, faults: Faults, moved: Moved, load: FloatArray, rng: Rng) -> FloatArray:
-    """Dry friction (m, joints) where bearings slide; the usual load is that in motion."""
+    """Dry friction (m, joints) where bearings slide; the usual load is that of the drawing, in
+    motion.
+    """
     slides = np.abs(moved.speed) > SLOW * np.max(np.abs(moved.speed), axis=0)
-    usual = np.mean(np.abs(load), axis=0, where=slides)
+    drawing = Faults(len(own.joints))
+    drawn = rigid(own, moved, drawing, drawing.dry) if faults.load_kg else load
+    usual = np.mean(np.abs(drawn), axis=0, where=slides)
     place = moved.at / own.reaches
     by_load = rng.integers(0, 2) * rng.uniform(0.0, BY_LOAD, len(usual))
     by_load = np.minimum(by_load, MOST_BY_LOAD * (own.dry + faults.dry) / usual)
     grows = by_load * (np.abs(load) - usual)
     dry = own.dry + faults.dry * (1.0 + faults.by_place * place) + grows
+    dry = dry + faults.one_way * np.sign(moved.speed)
     dry = dry + faults.sticks * np.exp(-((moved.speed / faults.sticks_to) ** 2))
     return np.asarray(np.maximum(dry, 0.0))
 
@@ -243,6 +254,8 @@ def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
     )
     drive = links + faults.rotor * moved.change + faults.offset + lugre(moved, dry, yields)
     drive += (own.viscous + faults.viscous) * moved.speed
+    turn = 1.0 if own.slides else 2.0 * np.pi
+    drive += faults.ripple * np.sin(2.0 * np.pi / turn * faults.waves * moved.at + 1.0)
     drive += drive @ faults.coupled.T
     aged = 1.0 + faults.drift * (moved.t_s / moved.t_s[-1])[:, None]
     drive = drive / faults.gain / aged
@@ -253,10 +266,20 @@ def efforts(own: Machine, moved: Moved, faults: Faults, rng: Rng) -> FloatArray:
 
 
 def recorded(
-    file: Path, own: Machine, faults: Faults, rng: Rng, moved: Moved, seconds: float
+    file: Path,
+    own: Machine,
+    faults: Faults,
+    rng: Rng,
+    moved: Moved,
+    seconds: float,
+    counts: int = 0,
 ) -> None:
-    """Write the table: positions as counts of an encoder, noise of the current with a memory."""
+    """Write the table: positions as counts of an encoder, noise of the current with a memory.
+
+    counts: in the reach to one side; drawn where 0.
+    """
     rate_hz = float(rng.choice([100.0, 125.0, 200.0]))
+    faults.dead_s = faults.dead_s + 0.25 / rate_hz * faults.clocks
     drive = efforts(own, moved, faults, rng)
     t_s = np.arange(0.0, seconds, 1.0 / rate_hz)
 
@@ -264,6 +287,7 @@ def recorded(
         return np.stack([np.interp(t_s, moved.t_s, one) for one in values.T], axis=1)
 
     count = own.reaches * 2.0 ** -rng.integers(16, 20)
+    count = own.reaches / counts if counts else count
     at = count * np.round(sampled(moved.at) / count)
     effort = sampled(drive)
     share = rng.uniform(0.01, 0.03) * np.sqrt(np.mean(effort**2, axis=0))

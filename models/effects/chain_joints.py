@@ -86,6 +86,7 @@ JOINT_EFFECTS = {
             " {besides}",
             *(0.0, "dead_time", "s", 0.0),
         ),
+        ("dead", "lag", "dead_time", "s", "the effort of {part} acts {size} late"),
         (
             *("stribeck", "stribeck", "torque", "N m"),
             "friction of {part} is {size} higher near standstill and falls off within {besides}",
@@ -105,6 +106,16 @@ def rotor_log_odds(stated: bool) -> float:
     return one.log_odds if stated else card_of(one.name).log_odds["unstated"]
 
 
+def known_gains(robot: ChainRobot) -> FloatArray:
+    """What each joint's drive gives of the effort of its column by the robot file, (joints,)."""
+    one, made = JOINT_EFFECTS["gain"], np.ones(len(robot.joints))
+    for entry in robot.effects:
+        if entry.effect == one.name and entry.component in robot.joints:
+            scale = float(np.mean(entry.parameters[one.parameter]))
+            made[robot.joints.index(entry.component)] *= scale
+    return made
+
+
 def load_log_odds() -> float:
     """That the last link carries what the model does not have."""
     return card_of(LOAD).log_odds["joint"]
@@ -121,7 +132,9 @@ def chain_effects(slides: Mapping[str, bool], tip: str) -> dict[str, EffectKind]
     """Kinds by name, with their sentences; slides: of each joint whether it does. tip: the link
     that carries a load.
     """
-    made = {one.name: _kind(one, slides) for one in JOINT_EFFECTS.values()}
+    made: dict[str, EffectKind] = {}
+    for one in JOINT_EFFECTS.values():
+        made.setdefault(one.name, _kind(one, slides))
     parameters = (
         Parameter("mass", "kg", -1e4, 1e4),
         *(Parameter(f"centre_{axis}", "m", -10.0, 10.0, default=0.0) for axis in "xyz"),

@@ -45,8 +45,8 @@ STARTS_S = (
 both, and each long beside the other."""
 JOINT_S = 0.05
 """Spread of the dead time and of the time constant of a joint's drive: a slow bus, or a filter,"""
-JOINT_STARTS_S = tuple(start for s in (0.003, 0.015, 0.08, 0.3) for start in ((0.0, s), (s, 0.0)))
-"""and from where fits begin, with either alone, apart by a factor of five."""
+JOINT_STARTS_S = tuple((s,) for s in (0.003, 0.015, 0.08, 0.3))
+"""and from where fits of either begin, apart by a factor of five."""
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

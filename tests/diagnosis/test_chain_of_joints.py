@@ -164,6 +164,16 @@ def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
     assert answer.doubts == []
 
 
+def test_a_table_of_commands_and_angles_lacks_efforts_and_is_no_delta(robot: Path) -> None:
+    names = ["theta_1", "theta_2", "theta_3", "command_1", "command_2", "command_3"]
+    rows = np.outer(np.arange(200.0), np.ones(7)) * 0.01
+    table = robot.parent / "followed.csv"
+    np.savetxt(table, rows, "%.8g", ",", header=",".join(["t", *names]), comments="")
+    with pytest.raises(DeltactlError, match="effort_1") as refused:
+        diagnose([table], robot)
+    assert "delta" not in str(refused.value).replace("deltactl", "")
+
+
 @pytest.mark.study
 def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     stated = {"effect": "joint_friction", "component": "shoulder"}
@@ -224,6 +234,35 @@ def test_what_any_drive_has_a_little_of_is_named_where_it_is_large(
     value, low, high = found.parameters[parameter].components[0]
     assert low <= size <= high
     assert value == pytest.approx(size, rel=0.1)
+    assert set(found.parameters) == {parameter}
+
+
+def _strong(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    return effort * np.array([1.0, 1.03, 1.0])
+
+
+@pytest.mark.study
+def test_an_interval_allows_for_a_torque_constant_within_its_tolerance(robot: Path) -> None:
+    (found,) = diagnose([recorded(robot.parent, FRICTION_NM, fault=_strong)], robot).findings
+    assert (found.effect, found.component) == ("joint_friction", "shoulder")
+    _, low, high = found.parameters["torque"].components[0]
+    assert low <= FRICTION_NM <= high
+
+
+def _rubs_one_way(t_s: np.ndarray, q: np.ndarray, dq: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    rubs = np.where(dq[:, [1]] > 0.0, 2.0, -1.0)
+    return effort + rubs * np.array([0.0, 1.0, 0.0])
+
+
+@pytest.mark.study
+def test_friction_that_is_stronger_one_way_may_be_a_constant_effort(robot: Path) -> None:
+    answer = diagnose([recorded(robot.parent, fault=_rubs_one_way)], robot)
+    found = {one.effect: one for one in answer.findings}
+    assert set(found) == {"joint_friction", "effort_offset"}
+    assert found["joint_friction"].parameters["torque"].value == pytest.approx(1.5, rel=0.1)
+    assert found["effort_offset"].parameters["offset"].value == pytest.approx(0.5, rel=0.2)
+    others = found["effort_offset"].alternatives
+    assert [(one.effect, one.component) for one in others] == [("joint_friction", "shoulder")]
 
 
 @pytest.mark.study

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from deltactl.recording.foreign.kinds import kind_of
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.missing import listed
 from deltactl.recording.foreign.names import Guess, without_unit
+from deltactl.recording.tables.chain_tables import joint_columns
 from deltactl.recording.tables.flat import UNITS, FlatRecording
 
 OF_MOTORS = ("command", "theta", "steps")
@@ -46,17 +47,19 @@ def of_another_kind(found: Refusal, robot: RobotModel, recording: FlatRecording)
         if guess.name in UNITS
     }
     kind, _, why = kind_of(guesses, [])
-    if kind is not None and kind != robot.kind:
+    of_it = isinstance(robot, ChainRobot) and all(joint_columns(robot.joints, recording, "theta"))
+    if kind is not None and kind != robot.kind and not of_it:
         also = f" ({found.why}{found.between}{found.remedy})"
         looks = _looks_like(kind, why, robot, recording.source)
         return refusal("another_kind", recording.source, found.column, also=also, **looks)
-    more = _could_be(with_units(guesses, numbers)[0], recording)
+    wanted = {"effort"} if of_it else MOTIONS | {"theta", "pos", "effort"}
+    more = _could_be(with_units(guesses, numbers)[0], recording, wanted)
     return replace(found, remedy=f"{found.remedy}{more}")
 
 
-def _could_be(guesses: Mapping[str, Guess], recording: FlatRecording) -> str:
+def _could_be(guesses: Mapping[str, Guess], recording: FlatRecording, wanted: Set[str]) -> str:
     """Which columns with names of their own look like those of the program, and what to type."""
-    wanted = MOTIONS | {"theta", "pos"} | (set() if ASKED & set(recording.columns) else {"effort"})
+    wanted = wanted - ({"effort"} if ASKED & set(recording.columns) else set())
     found = [
         guess
         for name, guess in guesses.items()

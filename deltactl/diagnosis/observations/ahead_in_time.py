@@ -17,7 +17,7 @@ splines make a mass 3 % smaller, two of these 0.3 %."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Values (n, k) with their first and second derivative by time."""
+    """Values (n, ...) with their first and second derivative by time."""
 
     values: FloatArray
     slopes: FloatArray
@@ -43,7 +43,7 @@ class AheadInTime:
         self._between = lru_cache(maxsize=4)(self._weights)
 
     def curves(self, values: FloatArray) -> Curves:
-        """Derivatives of values (n, k) by splines; zero in a stretch too short for one, and where
+        """Derivatives of values (n, ...) by splines; zero in a stretch too short for one, and where
         values are beyond what a number can hold.
         """
         from scipy.interpolate import make_interp_spline  # takes 0.3 s to import

@@ -33,8 +33,7 @@ class Motion:
     """Standard deviation of the velocity's noise."""
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
-    slope: Callable[[FloatArray], FloatArray]
-    """Both of values (n, ...)."""
+    """Of values (n, ...)."""
     passes: Callable[[FloatArray], FloatArray]
     """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 
@@ -92,13 +91,6 @@ def motion_of(
                 smooth[part] = resampled(np.pad(passed, frayed, "edge"), grid_s, own_s)
         return smooth
 
-    def slope(values: FloatArray) -> FloatArray:
-        changing = np.zeros_like(values)
-        for part in stretches:
-            if part.stop - part.start > SPLINE:
-                changing[part] = make_interp_spline(t_s[part], values[part], SPLINE)(t_s[part], 1)
-        return changing
-
     # Filtered last, as the force is: what a filter does where a stretch ends is then the same.
     read, order = (position, 1) if velocity is None else (velocity, 0)
     speed, rise = low_passed(read, order), low_passed(read, order + 1)
@@ -114,7 +106,7 @@ def motion_of(
     top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         low_passed(position), speed, rise, settled, cut_off_hz, turning, float(noise),
-        max(top, 1e-300), low_passed, slope, lambda angle: kept(angle) ** 2,
+        max(top, 1e-300), low_passed, lambda angle: kept(angle) ** 2,
     )  # fmt: skip
 
 

@@ -1,4 +1,1 @@
-"""A chain of joints that a URDF or MJCF describes, by the efforts of all its joints at once.
-
-See deltactl/README.md.
-"""
+"""A chain of joints that a URDF or MJCF describes, by its efforts or by measured poses."""

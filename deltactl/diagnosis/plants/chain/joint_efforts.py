@@ -12,13 +12,14 @@ import numpy as np
 
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray
-from deltactl.diagnosis.plants.chain.joint_motions import Layout, joint_motions, prepared
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Layout
+from deltactl.diagnosis.plants.chain.joint_motions import joint_motions, prepared
 from deltactl.diagnosis.plants.left_over import LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.force_shapes import SlowFriction
-from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
+from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regressor import Columns
+from deltactl.models.effects.chain_joints import JOINT_EFFECTS
 from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDING, YIELDS_OVER
 from deltactl.models.effects.payload import OF_MASS, OFF_OF_REACH
 from deltactl.models.rigid_chain import BODY, RigidChain
@@ -42,8 +43,6 @@ class ChainOptions:
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
     noise: float = 0.02
     """Usual noise of an effort, as a share of its root mean square."""
-    rounds: int = 4
-    """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
 
 
 CHAIN = ChainOptions()
@@ -115,7 +114,7 @@ class JointEfforts(LeftOver):
         grips = np.hypot(YIELDING * self.sizes, chain.friction)
         tables = {
             "lag": (each(self._changing), clocks_apart_s(self.moved.whole.period_s)),
-            "gain": (each(self._needed), CHAIN.as_built),
+            "gain": (each(self._smooth), CHAIN.as_built),
             "dry": (each(chain.friction * self._direction), FRICTION_OFF),
             "viscous": (each(chain.damping * self._speed), FRICTION_OFF),
             "loaded": (each(self._by_load), OF_LOAD),
@@ -134,9 +133,40 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _by_load(self) -> FloatArray:
-        """Friction by the load of the gear, which its links are, less that at the usual load."""
-        load = np.abs(self._bare - self.chain.damping * self.moved.speed)
-        return self._low_passed(np.mean(self._held, axis=0) * (load - self._usually(load)))
+        """Friction by the load of gears, with what links carry, less that at their links' usual."""
+        links = self._bare - self.chain.damping * self.moved.speed
+        beyond = np.abs(links + self._load_efforts @ self._carried) - self._usually(np.abs(links))
+        return self._low_passed(np.mean(self._held, axis=0) * beyond)
+
+    @cached_property
+    def _carried(self) -> FloatArray:
+        """Most probable moments (10,) of a load beside all that acts at the joints, and drives that
+        are off by a share of all their effort.
+        """
+        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
+        drives = Columns(self._each(self._smooth), spread)
+        white = self.whitened([self._load, drives, *self._acting.values()])
+        left = self.layout.laid(self._filtered - self._needed)[self.rows] / self.usual[self.rows]
+        known = np.eye(white.shape[1]) + white.T @ white
+        size = np.linalg.solve(known, white.T @ left / CHAIN.noise)
+        return np.asarray(size[: len(BODY)] * self._load.spread)
+
+    @cached_property
+    def _acting(self) -> dict[str, Columns]:
+        """Efforts (n, k) of all that acts at a joint or at the last link."""
+        tops = np.array([one.top_speed for one in self.moved.passed])
+        brisk = np.sqrt(np.maximum(self._usually(self._change**2), 1e-300))
+        tables = {
+            "dry": (self._direction, self.sizes),
+            "viscous": (self._speed, self.sizes / tops),
+            "rotor": (self._change, self.sizes / brisk),
+            "offset": (np.ones_like(self._change), self.sizes),
+        }
+        return {
+            f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
+            for column, (values, spreads) in tables.items()
+            for joint, each, spread in zip(self.joints, self._each(values).T, spreads, strict=True)
+        }
 
     @cached_property
     def _held(self) -> FloatArray:
@@ -149,7 +179,7 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _changing(self) -> FloatArray:
-        return self.moved.passed[0].slope(self._filtered)
+        return self._in_time.curves(self._filtered).slopes
 
     def _since(self, joint: int, dead_s: float, time_s: float) -> FloatArray:
         """Effort of a joint less what a dead time and a time constant leave of it, (n,).
@@ -163,10 +193,12 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _smooth(self) -> FloatArray:
-        """Efforts (m, joints) without their noise, which no time constant may explain."""
+        """Efforts (m, joints) without their noise, which no time constant may explain: a drive that
+        is off shows another share of all of them.
+        """
         own, ones = [self._needed, self._direction, self._speed], np.ones_like(self._needed)
         acting = np.stack([*own, self._change, ones], axis=2)
-        shapes = [acting, self.moved.passed[0].slope(acting), self._load_efforts]
+        shapes = [acting, self._in_time.curves(acting).slopes, self._load_efforts]
         rows = self.moved.counts | ~self.moved.counts.any(axis=0)
         made = np.empty_like(ones)
         for j, shape in enumerate(np.concatenate(shapes, axis=2).swapaxes(0, 1)):

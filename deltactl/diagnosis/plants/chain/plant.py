@@ -22,7 +22,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regressor import DELAY, Columns, Draws, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Draws, Regressor, Shown, Sizes, instead
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,
@@ -37,7 +37,8 @@ from deltactl.models.rigid_chain import BODY, RigidChain, force_per_unit
 from deltactl.models.robot import ChainRobot
 from deltactl.recording.tables.flat import FlatRecording
 
-DRIVEN = ("lag ", "limit ")  # what a drive makes of its effort
+LATE = ("dead", "lag")  # by themselves: a drive with a dead time may have no time constant
+DRIVEN = ("lag ", "dead ", "limit ")  # what a drive makes of its effort
 
 
 class ChainPlant(JointEfforts):
@@ -70,18 +71,19 @@ class ChainPlant(JointEfforts):
     @cached_property
     def _explained(self) -> FloatArray:
         """Efforts (n,) of the model and of the linear effects in the robot file."""
-        made, gains = self.layout.laid(self._needed), np.ones(len(self.joints))
+        made = self.layout.laid(self._needed) + self._load.values @ self._loaded
         for key, sizes in self._stated:
-            if key == LOAD:
-                made = made + self._load.values @ load_moments(sizes)
-                continue
-            column, joint = self._place(key)
-            if column == "gain":
-                gains[joint] *= sizes["scale"]
-            elif not key.startswith(DRIVEN):
+            if not key.startswith((*DRIVEN, "gain ", LOAD)):  # a gain is in the efforts already
+                column, joint = self._place(key)
                 size = sizes[JOINT_EFFECTS[column].parameter] - self._kept(column, joint)
                 made = made + self._acts(key, sizes.get("speed", 0.0)).values[:, 0] * size
-        return np.asarray(made / gains[self.kinds])
+        return made
+
+    @property
+    def _loaded(self) -> FloatArray:
+        """Moments (10,) of the loads in the robot file."""
+        each = [load_moments(sizes) for key, sizes in self._stated if key == LOAD]
+        return np.asarray(np.sum([np.zeros(len(BODY)), *each], axis=0))
 
     @property
     def _stated(self) -> list[tuple[str, dict[str, float]]]:
@@ -97,9 +99,11 @@ class ChainPlant(JointEfforts):
     def _driven_by_file(self) -> FloatArray:
         """What dead times and limits of the robot file change of the efforts, (n,)."""
         found: dict[str, float] = {}
+        column_of = {one.parameter: key for key, one in JOINT_EFFECTS.items()}
         for key, sizes in self._stated:
             for name, size in sizes.items() if key.startswith(DRIVEN) else ():
-                found[f"{key}.{name}"] = found.get(f"{key}.{name}", 0.0) + size
+                own = f"{column_of[name]} {key.partition(' ')[2]}.{name}"
+                found[own] = found.get(own, 0.0) + size
         return self.base(frozenset(name.rpartition(".")[0] for name in found), found)
 
     def _place(self, key: str) -> tuple[str, int]:
@@ -115,12 +119,9 @@ class ChainPlant(JointEfforts):
     def _regressors(self) -> list[Regressor]:
         moving = [(j, self.joints[j]) for j in self.moving()]
         found = [
-            Regressor(
-                f"{key} {joint}", one.name, component=joint, alone=False,
-                takes_over=f"{key} {joint}",
-                **{"log_odds": one.log_odds, **self._differing(key, j)},
-            )
+            Regressor(f"{key} {joint}", one.name, component=joint, alone=False, **differing)
             for j, joint in moving for key, one in JOINT_EFFECTS.items()
+            for differing in [self._differing(key, j)]
         ]  # fmt: skip
         last = f"link {self.joints[-1]}"
         found.append(
@@ -136,6 +137,9 @@ class ChainPlant(JointEfforts):
         def off(share: float, **more: Any) -> dict[str, Any]:
             return {"as_built": EVIDENCE.tolerated * share, **more}
 
+        time, dead = late_sizes(JOINT_S, period_s)
+        late = off(clocks_apart_s(period_s), saturated=False, starts=JOINT_STARTS_S)
+        either = {"equivalents": instead("effort/offset")}
         brakes = {"positive": (JOINT_EFFECTS[key].parameter,), "above": 0.0, **by_gain}
         table = {
             "dry": off(FRICTION_OFF * float(chain.friction[joint]), **brakes),
@@ -143,26 +147,24 @@ class ChainPlant(JointEfforts):
             "rotor": {"above": -kept, "log_odds": rotor_log_odds(kept > 0.0), **by_gain},
             "stribeck": self._slow[joint].differs(f"gain {name}.scale"),
             "gain": off(CHAIN.as_built, above=-1.0),
-            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain),
-            "lag": off(
-                clocks_apart_s(period_s), saturated=False,
-                sizes=late_sizes(JOINT_S, period_s), starts=JOINT_STARTS_S,
-            ),
+            "offset": off(ZERO_OFF * float(self.sizes[joint]), **by_gain, **either),
+            "lag": late | {"sizes": (time,)},
+            "dead": late | {"sizes": (dead,), "takes_over": f"lag {name}"},
             "limit": self._limits[joint].differs,
         }  # fmt: skip
-        return table.get(key, by_gain)
+        usual = {"log_odds": JOINT_EFFECTS[key].log_odds, "takes_over": f"{key} {name}"}
+        return usual | table[key]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Efforts less what they were when the motion that they make was asked for, (n,)."""
         made = np.zeros(len(self.t_s))
-        for key in keys:
-            if key.startswith(DRIVEN):
-                column, joint = self._place(key)
-                if column == "lag":
-                    late = (sizes.get(f"{key}.{name}", 0.0) for name in ("dead_time", "time"))
-                    made += self._since(joint, *late)
-                elif joint in self._limits:
-                    made += self._limits[joint].kept_back(sizes[f"{key}.limit"])
+        own = {name: size for name, size in sizes.items() if name.rpartition(".")[0] in keys}
+        for j, joint in enumerate(self.joints):
+            late = [own.get(f"{key} {joint}.{JOINT_EFFECTS[key].parameter}", 0.0) for key in LATE]
+            if any(late):
+                made += self._since(j, *late)
+            if (limit := own.get(f"limit {joint}.limit")) is not None and j in self._limits:
+                made += self._limits[j].kept_back(limit)
         return made
 
     @cached_property
@@ -183,8 +185,11 @@ class ChainPlant(JointEfforts):
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Efforts (n, k) of one regressor."""
-        found = self.unknown(key) if key.startswith(UNKNOWN) else self._shapes.get(key)
-        return found or self._acts(key, sizes[f"{key}.speed"])
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
+        if key.startswith(DRIVEN):
+            return Columns.none(len(self.t_s))
+        return self._shapes.get(key) or self._acts(key, sizes[f"{key}.speed"])
 
     def _acts(self, key: str, speed: float) -> Columns:
         """Efforts (n, 1) of what acts at a joint; speed: within which it falls off, if it does."""
@@ -196,50 +201,12 @@ class ChainPlant(JointEfforts):
         return Columns.of(shape, spread, "torque")
 
     @cached_property
-    def _acting(self) -> dict[str, Columns]:
-        """Efforts (n, k) of all that acts at a joint or at the last link."""
-        tops = np.array([one.top_speed for one in self.moved.passed])
-        brisk = np.sqrt(np.maximum(self._usually(self._change**2), 1e-300))
-        tables = {
-            "dry": (self._direction, self.sizes),
-            "viscous": (self._speed, self.sizes / tops),
-            "rotor": (self._change, self.sizes / brisk),
-            "offset": (np.ones_like(self._change), self.sizes),
-        }
-        return {
-            f"{column} {joint}": Columns.of(each, spread, JOINT_EFFECTS[column].parameter)
-            for column, (values, spreads) in tables.items()
-            for joint, each, spread in zip(self.joints, self._each(values).T, spreads, strict=True)
-        }
-
-    @cached_property
     def _shapes(self) -> dict[str, Columns]:
-        """The same, and what drives make of it."""
-        found = {**self._acting, LOAD: self._load}
-        given = self._explained + self._load.values @ self._carried
-        for joint, own in zip(self.joints, self.own.T, strict=True):
-            found[f"gain {joint}"] = Columns.of(own * given, FILE_SPREADS.gain_share, "scale")
-            found |= {f"{key}{joint}": Columns.none(len(self.t_s)) for key in DRIVEN}
-        return found
-
-    @cached_property
-    def _carried(self) -> FloatArray:
-        """Most probable moments (10,) of a load beside all that has a name.
-
-        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
-        that one of both has to be known first.
-        """
-        moments = np.zeros(len(BODY))
-        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
-        left = self.observed[self.rows] / (CHAIN.noise * self.usual[self.rows])
-        for _ in range(CHAIN.rounds):
-            given = self._explained + self._load.values @ moments
-            drives = Columns(given[:, None] * self.own, spread)
-            white = self.whitened([self._load, drives, self.free(), *self._acting.values()])
-            known = np.eye(white.shape[1]) + white.T @ white
-            size = np.linalg.solve(known, white.T @ left)
-            moments = size[: len(BODY)] * self._load.spread
-        return moments
+        """The same, and what drives that are off make of it."""
+        given = self._explained + self._load.values @ (self._carried - self._loaded)
+        pairs, spread = zip(self.joints, self.own.T, strict=True), FILE_SPREADS.gain_share
+        gains = {f"gain {j}": Columns.of(own * given, spread, "scale") for j, own in pairs}
+        return {**self._acting, **gains, LOAD: self._load}
 
     def spanned(self, name: str) -> FloatArray:
         """Named shapes that no spline term of a joint may take the place of, (n, j).
@@ -249,7 +216,8 @@ class ChainPlant(JointEfforts):
         """
         joint, _, follows = name.rpartition(" ")
         keys = ["dry", "viscous", "rotor"] if follows == "scale" else list(JOINT_EFFECTS)
-        named = [self._shapes[f"{key} {joint}"].values for key in keys if key != "stribeck"]
+        shapes = [self._shapes.get(f"{key} {joint}") for key in keys]
+        named = [one.values for one in shapes if one]
         late = self._each(self._changing)[:, [self.joints.index(joint)]]
         return np.concatenate([*named, late], axis=1)
 
@@ -292,8 +260,8 @@ class ChainPlant(JointEfforts):
         name, unit = one.parameter, one.unit_of(self.chain.slides[joint])
         if column == "gain":
             return [Shown(name, unit, lambda v: 1.0 / (1.0 + v[name]), one.nothing)]
-        if column == "lag":
-            return DELAY
+        if column in LATE:
+            return [Shown(name, unit, lambda v: v[name])]
         gain, nothing = f"gain {self.joints[joint]}.scale", kept or one.nothing
         found = [Shown(name, unit, lambda v: kept + v[name] / (1.0 + v.get(gain, 0.0)), nothing)]
         if one.besides:

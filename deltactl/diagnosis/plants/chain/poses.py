@@ -14,8 +14,7 @@ import numpy as np
 from deltactl.diagnosis.answer.records import NotTestable
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readings
-from deltactl.diagnosis.plants.chain.joint_motions import Layout
+from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Layout, Readings
 from deltactl.diagnosis.plants.chain.pose_model import At, PoseModel
 from deltactl.diagnosis.plants.chain.pose_readings import poses_of
 from deltactl.diagnosis.plants.chain.pose_shapes import (

@@ -35,8 +35,8 @@ class SlowFriction:
         within = (low * top, high * top)
         speed = Size("speed", "flat", top, slow * top, fast * top, 2e-3 * top, within=within)
         starts = tuple((share * top,) for share in STARTS)
-        found: dict[str, Any] = {"sizes": (speed,), "starts": starts, "measured_by": gain}
-        return found | {"positive": ("torque",), "above": 0.0}
+        brakes = {"positive": ("torque",), "above": 0.0, "measured_by": gain}
+        return {"sizes": (speed,), "starts": starts, **brakes}
 
     @cached_property
     def shapes(self) -> FloatArray:

@@ -251,7 +251,7 @@ class ForcedAxis(LeftOver):
 
     @cached_property
     def _changing(self) -> FloatArray:
-        return self.motion.slope(self.filtered_force)
+        return self._in_time.curves(self.filtered_force).slopes
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Forces (n, k) of one regressor, low-passed like the effort."""
