@@ -142,6 +142,8 @@ def _unit(seen: Inspection, guess: Guess) -> str:
 
     if seen.asked and guess.name in LONE and guess.unsaid:
         return "UNIT"
+    if seen.asked and guess.name == "velocity" and guess.unsaid:
+        return "UNIT/s"
     unit = f"{guess.unit or ''}{'?' * guess.unit_guessed}"
     if guess.factor is not None:
         return f"? {guess.unit or ''}".rstrip()

@@ -293,8 +293,8 @@ def _diagnosing(file: Path, recording: Path | None, columns: list[str]) -> str:
 COPIED = ("next: ", "then: ", "robot file: ")
 """What such a line begins with is copied from the window, so no line break may get into it."""
 BY_OTHERS = (
-    "for a diagnosis: this robot has no sensors, so record the arm angles (columns theta_1..3) or"
-    " the platform's position (pos_x..z) yourself, beside the steps (steps_1..3)"
+    "for a diagnosis: this robot has no sensors; record the arm angles (columns theta_1..3) or the"
+    " platform's position (pos_x..z) yourself"
 )
 
 
@@ -320,7 +320,8 @@ def _first_job(file: Path, force: bool) -> list[str]:
     lines = [f"job: {job}, {what}", f"next: deltactl check {job}", f"then: deltactl run {job}"]
     if robot.sensors is not None:
         return [*lines, f"then: deltactl diagnose RECORDING --robot {file}"]
-    return [*lines, BY_OTHERS, _homing(unseen_by_none_deg(robot))]
+    homing = [] if robot.left_open() else [_homing(unseen_by_none_deg(robot))]
+    return [*lines, BY_OTHERS, *homing]
 
 
 def _homing(off_deg: int) -> str:

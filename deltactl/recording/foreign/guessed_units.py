@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -20,7 +21,7 @@ from deltactl.recording.foreign.motion_units import (
     unit_of_motion,
 )
 from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, by_name, without_unit
-from deltactl.recording.foreign.notes import Note
+from deltactl.recording.foreign.notes import Note, not_about
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, lead, same_range
 from deltactl.recording.foreign.units import (
@@ -121,7 +122,7 @@ def with_units(
         known, warning = unit_of_motion(group, table, motion)
         out |= {guess.source: guess for guess in known}
         warnings += [warning] if warning else []
-    warnings += _pairs(out, table)
+    warnings = [*_counts_by_speed(out, table, warnings), *_pairs(out, table)]
     warnings += _of_slope(out, table)
     return out, warnings
 
@@ -169,6 +170,34 @@ def _per_second(guess: Guess) -> Guess:
     """A velocity whose heading names the unit of its way: dq_deg is in deg/s."""
     speed = f"{guess.unit}/s"
     return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
+
+
+def _counts_by_speed(guesses: dict[str, Guess], table: Table, warnings: Sequence[str]) -> list[str]:
+    """Warnings in which counts of an encoder have the size that the heading of a speed says."""
+    named = by_name(guesses)
+    speed, place, time = (named.get(name) for name in ("velocity", "position", "t"))
+    counted = [n for n, one in guesses.items() if one.scale == GUESSES.count_rad]
+    if speed is None or place is None or time is None or place.source not in counted:
+        return list(warnings)
+    t_s = table[time.source] * IN_SI[time.unit or "s"]
+    ratio = slope_ratio(t_s, table[place.source], table[speed.source])
+    if ratio is None or speed.unit not in SPEEDS_OF["rad"]:
+        return list(warnings)
+    turn = round_counts(2.0 * np.pi / (abs(ratio) * IN_SI[speed.unit]))
+    size = float(f"{2.0 * np.pi / turn:.4g}")
+    guesses |= {name: replace(guesses[name], scale=size, unit_guessed=False) for name in counted}
+    says = f"taken for encoder counts, {turn:g} a turn, as {speed.source} shows"
+    return [*not_about(warnings, counted), Note.on(counted, says)]
+
+
+def round_counts(measured: float) -> float:
+    """The counts of a turn that were measured, as encoders have them: a power of two, or the number
+    of fewest figures near it.
+    """
+    power = 2.0 ** round(float(np.log2(measured)))
+    figures = (float(f"{measured:.{digits}g}") for digits in range(1, 5))
+    near = (one for one in (power, *figures) if abs(one / measured - 1.0) < GUESSES.near_counts)
+    return next(near, measured)
 
 
 def _of_slope(guesses: dict[str, Guess], table: Table) -> list[str]:
@@ -219,7 +248,7 @@ def _by_ratio(
     if unit is None:
         factor = float(f"{1.0 / ratio:.4g}")
         right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)
-        says = f"{words} in SI units, which is no unit known here; {right} would make it one"
+        says = f"{words}, which fits no known unit; --set {shlex.quote(right)} reads it in SI units"
         return [Note.on([speed.source], says)]
     shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m are not distinguishable
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why

@@ -26,7 +26,13 @@ from deltactl.recording.foreign.guessed_units import (
     with_units,
 )
 from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
-from deltactl.recording.foreign.kinds import from_outside, kind_of, may_be_asked, zero_of
+from deltactl.recording.foreign.kinds import (
+    from_outside,
+    kind_of,
+    may_be_asked,
+    second_reading,
+    zero_of,
+)
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import (
     NO_UNIT,
@@ -51,12 +57,7 @@ from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
-from deltactl.recording.foreign.timing import (
-    NO_COLUMN,
-    row_number,
-    rows_and_times,
-    stumbling,
-)
+from deltactl.recording.foreign.timing import row_number, rows_and_times, stumbling
 from deltactl.recording.foreign.units import IN_SI, LONE
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
@@ -168,7 +169,7 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
         if asked:
             put = "so put it for UNIT below"
             warnings.append(Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put))
-        warnings += [*of_load, *may_be_asked(guesses, known)]
+        warnings += [*of_load, *may_be_asked(guesses, known), *second_reading(guesses, known)]
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
     columns, zero = _as_columns(guesses, said, taken), zero_of(guesses, known)
@@ -251,20 +252,15 @@ def _timed(
         late = stumbles.instead_of(late)
         rate_hz = stumbles.rate_hz or rate_hz
         guesses = _without_times(guesses) if stumbles.rate_hz else guesses
-    rate_hz = _rate_instead(kind, above, late) or rate_hz
+    missing = unsaid and kind not in (None, "range_sensor") and stumbles is None
+    if above is not None and kind is not None:
+        rate_hz = above[0]
+    elif missing:
+        rate_hz = GUESSES.rate_hz
     if rate_hz != base.rate_hz:
         base = base.model_copy(update={"rate_hz": rate_hz})
     left_out = (counter, stumbles.name if stumbles else None)
     return replace(read, base=base, facts=[*read.facts, *facts]), guesses, late, left_out
-
-
-def _rate_instead(
-    kind: str | None, above: tuple[float, str] | None, late: Sequence[str]
-) -> float | None:
-    """Rows a second of a machine without a column of times: as a line above the table says."""
-    if kind is None or above is not None:
-        return above[0] if kind and above else None
-    return GUESSES.rate_hz if NO_COLUMN in late else None
 
 
 def _as_columns(

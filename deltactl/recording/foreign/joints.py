@@ -206,10 +206,15 @@ def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
         if (
             len(group) > 1
             and not {one.lower() for one in group} <= CARTESIAN
-            and not any(map(str.isdigit, group))
+            and not any(map(_is_number_or_speed, group))
         ):
             alike.setdefault(frozenset(group), {})[stem] = group
     yield from (list(groups.values()) for groups in alike.values() if _asked_and_read(groups))
+
+
+def _is_number_or_speed(label: str) -> bool:
+    """Whether what comes after a dot is no joint's name: a number, or a speed beside a position."""
+    return label.isdigit() or read_name(label).role == "velocity"
 
 
 def _beside_commands(names: Iterable[str]) -> Sequence[Group]:

@@ -26,7 +26,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import Table, correlation
+from deltactl.recording.foreign.shapes import Table, concordance, correlation
 from deltactl.recording.foreign.units import IN_SI, LINEAR, LONE, ROTARY
 from deltactl.recording.reading.run import FloatArray
 
@@ -107,6 +107,13 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
 def _lacking_beside(position: str, left: Sequence[str]) -> str:
     """What is needed beside a position: a command or an effort."""
     twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
+    if twin is not None and not read_name(twin).used:
+        seen, error = map(without_unit, (position, twin))
+        return (
+            f"{error} is no reading, but how far one is from {seen}; add a column of readings"
+            f" ({seen} plus {error}), and name it with --set position=COLUMN, and"
+            f" {shlex.join(['--set', f'command={seen}'])}"
+        )
     if twin is not None:
         names = [without_unit(one) for one in (position, twin)]
         asked, read = (f"{role}={one}" for role, one in zip(LONE, names, strict=True))
@@ -175,6 +182,24 @@ def may_be_asked(guesses: Taken, table: Table) -> list[str]:
     unit = effort.unit or seen.unit or "1"
     read = as_option("command", without_unit(effort.source), unit, None, 0.0)
     return [Note.on([effort.source], MAY_BE_ASKED.format(seen.source, shlex.quote(read)))]
+
+
+def second_reading(guesses: Taken, table: Table) -> list[str]:
+    """A word of a column that moves as the reading of an axis without a command does, such as that
+    of a second encoder.
+    """
+    seen = by_name(guesses).get("position")
+    if seen is None or (ASKED | {"effort"}) & by_name(guesses).keys() != {"effort"}:
+        return []
+    free = (n for n, values in table.items() if n not in guesses and read_name(n).used)
+    alike = {n: concordance(table[n], table[seen.source]) for n in free}
+    other = max(alike, key=lambda name: alike[name], default="")
+    if alike.get(other, 0.0) < GUESSES.one_motion:
+        return []
+    asked, read = map(without_unit, (seen.source, other))
+    sets = shlex.join(["--set", f"command={asked}", "--set", f"position={read}"])
+    says = f"moves as {seen.source} does; to compare the two, {HERE} {sets}"
+    return [Note.on([other], says)]
 
 
 def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:

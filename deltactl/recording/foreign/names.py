@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import unicodedata
 from collections.abc import Mapping
@@ -30,7 +31,7 @@ WORDS: dict[str, str] = {
     "y_meas output resolver "
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
     "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star dial caliper "
-    "indicator messuhr",
+    "indicator messuhr dro glass",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
     "velocidad velocita present_velocity rpm",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
@@ -66,14 +67,12 @@ _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
-MEASURED = frozenset(
-    ["actual", "measured", "feedback", "fbk", "fb", "present", "act", "meas", "ist"]
-)
+MEASURED = _words("actual measured estimated estimate feedback fbk fb present act meas ist")
 """Words that say that a value was measured, not asked for."""
 TORQUES = _words("torque force effort tau moment drehmoment kraft couple nm")
 """Words of an effort in the unit that moves a mass; a current or a voltage counts as one."""
-QUALIFIES = frozenset(["control"])
-"""Words that are an effort alone, and beside a quantity say that it was asked for."""
+QUALIFIES = frozenset(["control", "input"])
+"""Words that say beside a quantity that it was asked for: control_torque, input_pos."""
 SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
 """Words of what feeds a drive, which says nothing of the motion."""
 SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
@@ -85,7 +84,7 @@ OF_SURROUNDINGS = _words(
 """Words of what moves no axis, whatever else is in the name: temp_setpoint, pressure_actual."""
 OF_NO_USE = _words(
     "accel acceleration beschleunigung gyro jerk error err ferror fehler schleppfehler deviation"
-    " abweichung duration direction"
+    " abweichung duration direction mass snr"
 )
 """Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
 OF_JOINTS = _words(
@@ -244,7 +243,8 @@ def _numbered(words: list[str], role: str | None) -> tuple[str | None, str | Non
     whole, index = "_".join(words), None
     stem, number = list[str](), None
     if (numbered := _NUMBERED.match(whole)) and numbered[1]:
-        stem, number = numbered[1].split("_"), numbered[2]
+        parts = (_parts(word) for word in numbered[1].split("_"))
+        stem, number = list(itertools.chain.from_iterable(parts)), numbered[2]
     elif whole not in ROLE_OF and (inside := _NUMBERED_INSIDE.match(whole)):
         after = inside[3].split("_")
         stem, number = [*inside[1].split("_"), *after], inside[2]
@@ -279,8 +279,9 @@ def _parts(word: str) -> list[str]:
     known = ROLE_OF.keys() | SEEN | OF_A_PART
     if word in known:
         return [word]
-    if word.endswith("s") and word[:-1] in known:  # commands, positions
-        return [word[:-1]]
+    for ending, one in (("s", ""), ("ies", "y")):  # commands, velocities
+        if word.endswith(ending) and (single := word.removesuffix(ending) + one) in known:
+            return [single]
     for at in range(_SHORTEST, len(word) - _SHORTEST + 1):
         if word[:at] in known and word[at:] in known and ROLE_OF.keys() & {word[:at], word[at:]}:
             return [word[:at], word[at:]]
@@ -368,8 +369,9 @@ def _role(words: list[str]) -> str | None:
     quantities = {word for word in known if len(word) > 1} - MEASURED - {IS_PRESENT}
     if IS_PRESENT in known[:-1] and quantities:
         known.remove(IS_PRESENT)  # x_current_feedback is a current
-    if _qualified(known):
-        known = ["command" if word in QUALIFIES else word for word in known]
+    if _qualified(words):
+        known = ["command" if word in QUALIFIES else word for word in words]
+        known = [word for word in known if word in ROLE_OF]
     found = [ROLE_OF[word] for word in reversed(known)]
     there = {*found} | ({OF_A_SERVO} & {*words})
     said = (role for together, role in TOGETHER if together <= there)

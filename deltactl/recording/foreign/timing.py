@@ -62,6 +62,9 @@ def rows_and_times(
         return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
     if time is None and kind == "range_sensor":
         return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
+    poses = any(one.why.endswith(CALIBRATES) for one in guesses.values())
+    if time is None and poses:
+        return [("rows", f"{rows}, without times, which poses at rest do not need")], []
     if time is None:
         return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
@@ -69,7 +72,7 @@ def rows_and_times(
     if parts is not None:  # times may start again with each
         step_s = step_s[(step_s > 0.0) | (np.diff(parts) == 0.0)]
     counter = row_number(guesses, table)
-    if counter and any(one.why.endswith(CALIBRATES) for one in guesses.values()):
+    if counter and poses:
         return [("rows", f"{rows}, without times, which poses at rest do not need")], []
     doubts = _doubts(time.source, step_s, counter)
     if kind != "range_sensor" and time.unit == "s" and time.why != "as you say":

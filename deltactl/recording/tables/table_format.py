@@ -39,6 +39,10 @@ _STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
 """What a serial monitor puts before each line."""
 _LABELLED = re.compile(r"([A-Za-z_][\w .]*?)\s*:\s*([-+]?[.\d]\S*)")
 """What a serial plotter takes: each value with its name before it, Setpoint:12.5."""
+_NUMBERED_NAME = re.compile(
+    r"(?i)[#%;/\s]*(?:name|col|column|channel|ch|field|signal)[ _]*(\d+)\s*[:=]\s*(\S.*?)\s*"
+)
+"""What lists the columns above a table, as in # NAME0 = Target Position of axis 1."""
 _WORD = re.compile(r"(?<!\S)[^\W\d_]{2,}(?=[\s.,:;!?]|$)")
 _PROSE = 3
 """Words to a line from which on a file is one of sentences."""
@@ -234,7 +238,7 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
         before = tuple(filter(str.strip, lines[:first]))
         return TableFormat(separator, decimal, first, keyed[0], True, keyed[1], None, plain, before)
     above, units = _above(lines[:first], separator, width)
-    heading, names = None, _labels(lines[first], separator)
+    heading, names = None, _labels(lines[first], separator) or _listed(lines[:first], width)
     if above and not names:
         last = above[-1]
         names = tuple(_words(lines[last], separator))
@@ -245,6 +249,15 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
     return TableFormat(
         separator, decimal, first, names or numbers, bool(names), units, heading, plain, before
     )
+
+
+def _listed(lines: list[str], width: int) -> tuple[str, ...]:
+    """The names of columns that lines above them list by numbers, each in a line of its own."""
+    found = [listed for line in lines if (listed := _NUMBERED_NAME.fullmatch(line))]
+    names = {int(listed[1]): listed[2] for listed in found}
+    one_by_one = len(names) == width and max(names) - min(names) == width - 1
+    distinct = len({*names.values()}) == width
+    return tuple(names[n] for n in sorted(names)) if one_by_one and distinct else ()
 
 
 def _keyed(
@@ -265,7 +278,7 @@ def _keyed(
     parts = [cell.split() for cell in given]
     units = [part[0] if part and UNIT_CELL.fullmatch(part[0]) else "" for part in parts]
     names = next(iter(keys.values()))
-    times = ["time", *(f"time of {name}" for name in names[1:])]
+    times = ["time", *(f"time {n}" for n in range(2, len(names) + 1))]
     return (
         tuple(itertools.chain.from_iterable(zip(times, names, strict=True))),
         tuple(one for unit in units[: len(names)] for one in (stamp, unit)),

@@ -1,0 +1,95 @@
+"""Logs in which several columns hold one motion: steps beside a command, a second encoder, an error
+of the reading, a speed whose unit tells how an encoder counts.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deltactl.recording.foreign.inspection import Inspection, inspect
+
+T_S = 0.01 * np.arange(2000)
+RNG = np.random.default_rng(7)
+ASKED = 40.0 * np.sin(0.9 * T_S) + 9.0 * np.sin(3.1 * T_S)
+READ = 1.01 * ASKED + 0.02 * RNG.standard_normal(len(T_S))
+SPEED = np.gradient(READ, T_S)
+EFFORT = 0.4 * np.sign(SPEED) + 1e-3 * np.gradient(np.gradient(ASKED, T_S), T_S)
+
+
+def seen(folder: Path, **columns: np.ndarray) -> Inspection:
+    path = folder / "log.csv"
+    head = ",".join(columns)
+    np.savetxt(path, np.stack([*columns.values()], 1), "%.6f", ",", header=head, comments="")
+    return inspect(path)
+
+
+def taken(found: Inspection) -> dict[str, str]:
+    return {guess.name: guess.source for guess in found.guesses.values()}
+
+
+@pytest.mark.parametrize("scale", ["glass_scale_x", "laser_x", "enc_x"])
+@pytest.mark.parametrize("counter", ["mcu_position_x", "x_steps"])
+def test_steps_of_a_command_beside_a_scale(tmp_path: Path, scale: str, counter: str) -> None:
+    columns = {"time": T_S, "toolhead_x": ASKED, counter: np.round(80.0 * ASKED), scale: READ}
+    found = seen(tmp_path, **columns)
+    assert found.kind == "servo_axis"
+    assert taken(found)["command"] == "toolhead_x"
+    assert taken(found)["position"] == scale
+    assert "toolhead_x" in found.unused(counter)
+
+
+def test_steps_are_the_command_where_nothing_else_is(tmp_path: Path) -> None:
+    found = seen(tmp_path, time=T_S, steps=np.round(80.0 * ASKED), angle_deg=READ)
+    assert found.kind == "stepper_axis"
+
+
+def test_what_goes_into_a_controller_is_its_command(tmp_path: Path) -> None:
+    """A constant offset puts neither column ahead of the other."""
+    found = seen(tmp_path, time=T_S, input_pos=ASKED / 9, pos_estimate=READ / 9 + 1, Iq=EFFORT)
+    assert taken(found)["command"] == "input_pos"
+    assert taken(found)["position"] == "pos_estimate"
+    assert taken(found)["effort"] == "Iq"
+
+
+def test_a_second_encoder_is_named(tmp_path: Path) -> None:
+    own = ASKED + 0.02 * RNG.standard_normal(len(T_S))
+    found = seen(tmp_path, time=T_S, motor_angle_deg=own, arm_angle_deg=READ, torque_Nm=EFFORT)
+    (said,) = (one for one in found.warnings if one.startswith("arm_angle_deg:"))
+    assert "--set command=motor_angle_deg --set position=arm_angle_deg" in said
+
+
+def test_an_error_is_no_reading(tmp_path: Path) -> None:
+    places, error = np.arange(0.0, 361.0, 10.0), 20.0 * np.sin(np.arange(37))
+    found = seen(tmp_path, nominal_deg=places, deviation_arcsec=error)
+    assert found.kind is None
+    assert "position=deviation" not in found.kind_why
+    assert "position=COLUMN" in found.kind_why
+
+
+@pytest.mark.parametrize("counts", [1024, 2000, 2048, 4000, 8192, 10000])
+def test_a_speed_tells_how_an_encoder_counts(tmp_path: Path, counts: int) -> None:
+    demand, actual = (np.round(counts / 20.0 * one) for one in (ASKED, READ))
+    rpm = np.round(60.0 / 20.0 * np.gradient(1.01 * ASKED, T_S))
+    found = seen(tmp_path, time=T_S, demand_inc=demand, actual_inc=actual, velocity_rpm=rpm)
+    sizes = [one.scale for one in found.guesses.values() if one.role in ("command", "position")]
+    assert sizes == pytest.approx([2.0 * np.pi / counts] * 2, rel=1e-3)
+    assert taken(found)["velocity"] == "velocity_rpm"
+
+
+def test_speeds_are_no_further_joints(tmp_path: Path) -> None:
+    names = [f"{one}.{of}0" for one in ("desired", "actual") for of in ("positions", "velocities")]
+    values = (ASKED, np.gradient(ASKED, T_S), READ, SPEED)
+    found = seen(tmp_path, time=T_S, **dict(zip(names, values, strict=True)))
+    assert not any("more joints" in one for one in found.warnings)
+    assert taken(found)["velocity"] == "actual.velocities0"
+
+
+def test_drift_of_a_star_is_no_distance(tmp_path: Path) -> None:
+    drift = 4.0 * np.sin(T_S) + 0.3 * RNG.standard_normal(len(T_S))
+    mass = 2e4 + 1e3 * RNG.random(len(T_S))
+    found = seen(tmp_path, Time=T_S, dx=drift, RARawDistance=drift, StarMass=mass, SNR=mass / 900)
+    assert found.kind is None
+    assert "StarMass" not in taken(found).values()
