@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from deltactl.recording.foreign.inspection import Inspection, inspect
+from deltactl.recording.foreign.mapping import load_mapping
 
 T_S = 0.01 * np.arange(2000)
 RNG = np.random.default_rng(7)
@@ -93,3 +94,19 @@ def test_drift_of_a_star_is_no_distance(tmp_path: Path) -> None:
     found = seen(tmp_path, Time=T_S, dx=drift, RARawDistance=drift, StarMass=mass, SNR=mass / 900)
     assert found.kind is None
     assert "StarMass" not in taken(found).values()
+
+
+def test_three_servos_are_looked_at_one_by_one(tmp_path: Path) -> None:
+    asked = [ASKED, 20.0 * np.sin(1.3 * T_S), 15.0 * np.cos(0.7 * T_S)]
+    columns = {"time": T_S}
+    for n, one in enumerate(asked, 1):
+        columns[f"servo{n}_goal_position_deg"] = one
+        loose = 0.5 * np.sign(np.gradient(one)) * (n == 2)
+        columns[f"servo{n}_present_position_deg"] = one - loose + 0.01 * RNG.standard_normal(2000)
+    found = seen(tmp_path, **columns)
+    (said,) = (one for one in found.warnings if "--set" in one)
+    option = said.rpartition("--set ")[2]
+    assert option == "position=servo2_present_position_deg"
+    one = inspect(found.path, load_mapping(None, [option]))
+    assert one.kind == "servo_axis"
+    assert taken(one)["command"] == "servo2_goal_position_deg"

@@ -105,7 +105,7 @@ class Inspection:
             return "holds no numbers"
         if (other := self._in_another_unit(column)) is not None:
             return f"is {other} once more, in another unit"
-        if not pulls(column):
+        if not pulls(column) or self.kind == "delta":
             return KEPT
         outside = may_be_outside(column) and not read_name(column).asked
         there = {guess.name for guess in self.guesses.values()}

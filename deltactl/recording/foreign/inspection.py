@@ -25,8 +25,14 @@ from deltactl.recording.foreign.guessed_units import (
     unit_noted,
     with_units,
 )
-from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
+from deltactl.recording.foreign.joints import (
+    departing_motor,
+    of_data_set,
+    of_other_joints,
+    one_joint,
+)
 from deltactl.recording.foreign.kinds import (
+    HERE,
     from_outside,
     kind_of,
     may_be_asked,
@@ -51,6 +57,7 @@ from deltactl.recording.foreign.names import (
     of_contract,
     of_role,
     read_name,
+    without_unit,
 )
 from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
@@ -170,6 +177,8 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
             put = "so put it for UNIT below"
             warnings.append(Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put))
         warnings += [*of_load, *may_be_asked(guesses, known), *second_reading(guesses, known)]
+    if kind == "delta" and (motor := departing_motor(known, guesses)) is not None:
+        warnings.append(Note(_of_three_motors(motor), [motor]))
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
     columns, zero = _as_columns(guesses, said, taken), zero_of(guesses, known)
@@ -207,7 +216,8 @@ def _guessed(
     """What columns are taken for, the columns of the joint that is looked at, and warnings."""
     path, table = read.path, read.table
     chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
-    known, others = one_joint(known, chosen) if read.named else (known, [])
+    lone = not said.keys().isdisjoint(LONE)
+    known, others = one_joint(known, chosen, lone) if read.named else (known, [])
     guesses = {
         name: guess
         for name, guess in guess_columns(known, read.units, read.named).items()
@@ -302,6 +312,15 @@ def _measured_chain(read: _Read, known: Table) -> Inspection | None:
     guesses = {name: Guess(name, *name.partition("_")[::2], None, BY_NAME) for name in own}
     facts = [*read.facts, ("rows", f"{rows}{at_rest}")]
     return Inspection(read.path, facts, read.table, guesses, "chain", None, why, None, read.base)
+
+
+def _of_three_motors(reading: str) -> str:
+    """Words for three motors that may be joints of another machine; reading: of one of them."""
+    one = shlex.join(["--set", f"position={without_unit(reading)}"])
+    return (
+        "three motors are taken for those of a delta; the joints of another machine are diagnosed"
+        f" one by one: {HERE} {one}"
+    )
 
 
 SHOWN_OTHERS = 4

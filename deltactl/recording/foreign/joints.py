@@ -12,7 +12,15 @@ import numpy as np
 
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.guess import LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, is_of_joint, label_of, read_name
+from deltactl.recording.foreign.names import (
+    MEASURED,
+    SEEN,
+    Taken,
+    is_of_joint,
+    label_of,
+    of_role,
+    read_name,
+)
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
 from deltactl.recording.foreign.units import LONE, UNIT_OF
@@ -32,16 +40,18 @@ Group = Mapping[str, str]
 
 
 def one_joint(
-    table: dict[str, FloatArray], chosen: Collection[str]
+    table: dict[str, FloatArray], chosen: Collection[str], lone: bool = False
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """The columns without those of other joints, and the names of these.
 
     chosen: columns that somebody named; their joint is kept, else the one that departs most from
-    its command. Joints numbered one to three are the motors of a delta.
+    its command. Joints numbered one to three are the motors of a delta, unless somebody named one
+    as an axis (lone).
     """
     others: dict[str, None] = {}
     beside = _beside_commands(table)
-    found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
+    most = 1 if lone else MOTORS
+    found = [beside] if beside else [_numbered(table, most), *_labelled(table), *_axes(table)]
     sought = {*chosen}
     for groups in found:
         wanted = _wanted(groups, table, sought)
@@ -104,6 +114,21 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
     return most if apart[most] > GUESSES.as_far * apart[first] else first
 
 
+def departing_motor(table: Table, found: Taken) -> str | None:
+    """The reading of the motor of three that departs most from its command; None where there are
+    not three of both, or a platform is seen: then it is a delta.
+    """
+    named = {one.name: one.source for one in found.values()}
+    numbers = [str(n + 1) for n in range(MOTORS)]
+    asked, read = (
+        {n: named[name] for n in numbers if (name := f"{role}_{n}") in named}
+        for role in ("command", "theta")
+    )
+    if len(asked) < MOTORS or len(read) < MOTORS or of_role(found, "pos", "range"):
+        return None
+    return read[_most_departing([asked, read], table) or numbers[0]]
+
+
 def _read_of(asked: Group, groups: Sequence[Group]) -> Group:
     """What came of commands: readings before what says nothing, the rather the more words they
     share; none where none is there.
@@ -145,15 +170,17 @@ def _moves(values: FloatArray) -> bool:
     return bool(np.nanmax(values) > np.nanmin(values)) if np.isfinite(values).any() else False
 
 
-def _numbered(names: Iterable[str]) -> Sequence[Group]:
-    """Columns numbered beyond three, or commands and readings of two: no delta has either."""
+def _numbered(names: Iterable[str], most: int) -> Sequence[Group]:
+    """Columns of more joints than one machine has, or commands and readings of two: no delta has
+    either.
+    """
     stems: dict[str, dict[str, str]] = {}
     for name in names:
         if numbered := _NUMBERED.fullmatch(name):
             behind = re.split(r"[\W_]+", numbered[3] or "")  # one of several may slide: J3_cmd_mm
             stem = "_".join([numbered[1], *(one for one in behind if one.lower() not in UNIT_OF)])
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
-    many: list[Group] = [group for group in stems.values() if len(group) > MOTORS]
+    many: list[Group] = [group for group in stems.values() if len(group) > most]
     two = {stem: group for stem, group in stems.items() if len(group) == 2}
     found = many or (list(two.values()) if _asked_and_read(two) else [])
     fewer = [group for group in stems.values() if group not in found]
