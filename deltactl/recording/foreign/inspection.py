@@ -64,7 +64,12 @@ from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
-from deltactl.recording.foreign.timing import row_number, rows_and_times, stumbling
+from deltactl.recording.foreign.timing import (
+    Stumbling,
+    row_number,
+    rows_and_times,
+    stumbling,
+)
 from deltactl.recording.foreign.units import IN_SI, LONE
 from deltactl.recording.format.messages import MOTORS
 from deltactl.recording.reading.run import FloatArray
@@ -154,13 +159,7 @@ class _Read:
 
 def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = None) -> Inspection:
     """What columns that are not said seem to be. moves: linear or rotary, where that is known."""
-    if not read.table or not len(next(iter(read.table.values()))):
-        raise RecordingError(f"{read.path}: has no rows")
-    known = {
-        name: one
-        for name, one in read.table.items()
-        if name not in read.base.leave_out and np.isfinite(one).any()
-    }
+    known = _with_numbers(read)
     if not said and (whole := _measured_chain(read, known)) is not None:
         return whole
     guesses, known, warnings = _guessed(read, known, said, moves)
@@ -173,18 +172,41 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     taken, asked = dict[str, str](), None
     if kind == "servo_axis":
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
-        if asked:
-            put = "so put it for UNIT below"
-            warnings.append(Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put))
-        warnings += [*of_load, *may_be_asked(guesses, known), *second_reading(guesses, known)]
-    if kind == "delta" and (motor := departing_motor(known, guesses)) is not None:
-        warnings.append(Note(_of_three_motors(motor), [motor]))
+        warnings += [*_asking(asked), *of_load]
+    warnings += _of_the_kind(kind, guesses, known)
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
     columns, zero = _as_columns(guesses, said, taken), zero_of(guesses, known)
     mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named, asked=asked)
+
+
+def _with_numbers(read: _Read) -> dict[str, FloatArray]:
+    """The columns to look at. Raises RecordingError for a table without rows."""
+    if not read.table or not len(next(iter(read.table.values()))):
+        raise RecordingError(f"{read.path}: has no rows")
+    return {
+        name: one
+        for name, one in read.table.items()
+        if name not in read.base.leave_out and np.isfinite(one).any()
+    }
+
+
+def _asking(asked: Asked | None) -> list[str]:
+    """That somebody has to say the unit of an axis."""
+    if asked is None:
+        return []
+    put = "so put it for UNIT below"
+    return [Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put)]
+
+
+def _of_the_kind(kind: str | None, guesses: Taken, table: Table) -> list[str]:
+    """What else a table of such a machine may be."""
+    if kind == "servo_axis":
+        return [*may_be_asked(guesses, table), *second_reading(guesses, table)]
+    motor = departing_motor(table, guesses) if kind == "delta" else None
+    return [] if motor is None else [Note(_of_three_motors(motor), [motor])]
 
 
 def _far_from_readings(guesses: Taken, table: Table, said: AnyMapping[str, Source]) -> str:
@@ -257,20 +279,27 @@ def _timed(
     above = rate_said(read.before) if unsaid else None
     facts, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None, above)
     stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
-    rate_hz = base.rate_hz
     if stumbles:
         late = stumbles.instead_of(late)
-        rate_hz = stumbles.rate_hz or rate_hz
         guesses = _without_times(guesses) if stumbles.rate_hz else guesses
-    missing = unsaid and kind not in (None, "range_sensor") and stumbles is None
-    if above is not None and kind is not None:
-        rate_hz = above[0]
-    elif missing:
-        rate_hz = GUESSES.rate_hz
-    if rate_hz != base.rate_hz:
+    if (unsaid or stumbles) and (rate_hz := _rate_instead(kind, above, stumbles)):
         base = base.model_copy(update={"rate_hz": rate_hz})
     left_out = (counter, stumbles.name if stumbles else None)
     return replace(read, base=base, facts=[*read.facts, *facts]), guesses, late, left_out
+
+
+def _rate_instead(
+    kind: str | None, above: tuple[float, str] | None, stumbles: Stumbling | None
+) -> float | None:
+    """Rows a second of a table without times that can be read; None where none is needed.
+
+    above: what a line above the table says of them, and that line.
+    """
+    if kind is not None and above is not None:
+        return above[0]
+    if stumbles is not None:
+        return stumbles.rate_hz
+    return None if kind in (None, "range_sensor") else GUESSES.rate_hz
 
 
 def _as_columns(

@@ -98,10 +98,7 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
     of them are late by; the first where none does clearly more, or without commands. None where
     none moves: a column of it rests, or is a copy of another.
     """
-    still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
-    for one, other in itertools.combinations(groups, 2):
-        both = one.keys() & other.keys()
-        still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
+    still = _still(groups, table)
     moving = dict.fromkeys(j for group in groups for j in group if j not in still)
     asked = next((group for group in groups if _role(group) == LONE[0]), {})
     read = _read_of(asked, groups)
@@ -112,6 +109,15 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
     apart = {joint: _departure(*pair, late) for joint, pair in pairs.items()}
     first, most = next(iter(apart)), max(apart, key=lambda joint: apart[joint])
     return most if apart[most] > GUESSES.as_far * apart[first] else first
+
+
+def _still(groups: Sequence[Group], table: Table) -> set[str]:
+    """Joints of which a column rests, or is a copy of another."""
+    still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
+    for one, other in itertools.combinations(groups, 2):
+        both = one.keys() & other.keys()
+        still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
+    return still
 
 
 def departing_motor(table: Table, found: Taken) -> str | None:
@@ -174,17 +180,23 @@ def _numbered(names: Iterable[str], most: int) -> Sequence[Group]:
     """Columns of more joints than one machine has, or commands and readings of two: no delta has
     either.
     """
+    stems = _by_stem(names)
+    many: list[Group] = [group for group in stems.values() if len(group) > most]
+    two = {stem: group for stem, group in stems.items() if len(group) == 2}
+    found = many or (list(two.values()) if _asked_and_read(two) else [])
+    fewer = [group for group in stems.values() if group not in found]
+    return found + [g for g in fewer if found and _role(g) in ("velocity", "effort")]
+
+
+def _by_stem(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Numbered columns by what is beside the number, and by the number."""
     stems: dict[str, dict[str, str]] = {}
     for name in names:
         if numbered := _NUMBERED.fullmatch(name):
             behind = re.split(r"[\W_]+", numbered[3] or "")  # one of several may slide: J3_cmd_mm
             stem = "_".join([numbered[1], *(one for one in behind if one.lower() not in UNIT_OF)])
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
-    many: list[Group] = [group for group in stems.values() if len(group) > most]
-    two = {stem: group for stem, group in stems.items() if len(group) == 2}
-    found = many or (list(two.values()) if _asked_and_read(two) else [])
-    fewer = [group for group in stems.values() if group not in found]
-    return found + [g for g in fewer if found and _role(g) in ("velocity", "effort")]
+    return stems
 
 
 def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:

@@ -59,6 +59,10 @@ OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 """How LeRobot calls what a joint did and its command, in degrees; where all joints are together,
 below `action`, their values say more."""
 NO_UNIT = "nothing says the unit"
+OF_COUNTS = (
+    "whole numbers up to {:g}, taken for encoder counts, 4096 a turn; if a turn has others, put"
+    f" what one count is [rad] in place of {GUESSES.count_rad} into the printed command"
+)
 
 
 def of_one_unit(guesses: Taken, table: Table) -> Iterator[list[Guess]]:
@@ -120,12 +124,16 @@ def unit_of_motion(
     if largest <= widest and not said_counts:
         return list(group), ""
     if counts_like(values) or said_counts:
-        says = (
-            f"whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if a turn has"
-            f" others, put what one count is [rad] in place of {GUESSES.count_rad} into the printed"
-            " command"
+        return _all(group, "rad", GUESSES.count_rad), Note.on(
+            _names(group), OF_COUNTS.format(largest)
         )
-        return _all(group, "rad", GUESSES.count_rad), Note.on(_names(group), says)
+    return _of_degrees(group, largest, motion)
+
+
+def _of_degrees(
+    group: Sequence[Guess], largest: float, motion: str | None
+) -> tuple[list[Guess], str]:
+    """Columns that go further than a turn in rad, and are no counts."""
     says = f"up to {largest:g}, taken for degrees"
     if not _is_lone(group):  # which no machine has in mm
         return _all(group, "deg"), Note.on(_names(group), f"{says}, as all angles of the arms")

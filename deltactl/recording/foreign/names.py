@@ -348,6 +348,17 @@ def label_of(name: str) -> set[str]:
     return {w for one in in_words(without_unit(name)) for w in _parts(one)} - _SAY_WHAT
 
 
+def _with_roles(words: list[str]) -> list[str]:
+    """The words that have a role, in a name of several."""
+    if _qualified(words):
+        words = ["command" if word in QUALIFIES else word for word in words]
+    known = [word for word in words if word in ROLE_OF]
+    quantities = {word for word in known if len(word) > 1} - MEASURED - {IS_PRESENT}
+    if IS_PRESENT in known[:-1] and quantities:
+        known.remove(IS_PRESENT)  # x_current_feedback is a current
+    return known
+
+
 def _qualified(words: list[str]) -> bool:
     """Whether a word is beside a quantity of its own: control_position, control_torque."""
     other = {ROLE_OF.get(word) for word in words if word not in QUALIFIES}
@@ -365,13 +376,7 @@ def _role(words: list[str]) -> str | None:
     whole = "_".join(words)
     if whole in ROLE_OF:
         return ROLE_OF[whole]
-    known = [word for word in words if word in ROLE_OF]
-    quantities = {word for word in known if len(word) > 1} - MEASURED - {IS_PRESENT}
-    if IS_PRESENT in known[:-1] and quantities:
-        known.remove(IS_PRESENT)  # x_current_feedback is a current
-    if _qualified(words):
-        known = ["command" if word in QUALIFIES else word for word in words]
-        known = [word for word in known if word in ROLE_OF]
+    known = _with_roles(words)
     found = [ROLE_OF[word] for word in reversed(known)]
     there = {*found} | ({OF_A_SERVO} & {*words})
     said = (role for together, role in TOGETHER if together <= there)

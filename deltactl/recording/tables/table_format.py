@@ -238,17 +238,22 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
         before = tuple(filter(str.strip, lines[:first]))
         return TableFormat(separator, decimal, first, keyed[0], True, keyed[1], None, plain, before)
     above, units = _above(lines[:first], separator, width)
-    heading, names = None, _labels(lines[first], separator) or _listed(lines[:first], width)
+    names, heading = _labels(lines[first], separator) or _listed(lines[:first], width), None
     if above and not names:
-        last = above[-1]
-        names = tuple(_words(lines[last], separator))
-        if last + 1 == first and lines[last].lstrip()[:1] not in "#%":
-            heading = last  # else something is between: the reader must be given the names
+        names, heading = _of_a_line(lines[:first], above[-1], separator)
     numbers = tuple(f"column_{n + 1}" for n in range(width))
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
     return TableFormat(
         separator, decimal, first, names or numbers, bool(names), units, heading, plain, before
     )
+
+
+def _of_a_line(lines: list[str], n: int, separator: str) -> tuple[tuple[str, ...], int | None]:
+    """The names in line n, and n where it is a heading just above the numbers; else something is
+    between, and the reader must be given the names.
+    """
+    is_heading = n + 1 == len(lines) and lines[n].lstrip()[:1] not in "#%"
+    return tuple(_words(lines[n], separator)), n if is_heading else None
 
 
 def _listed(lines: list[str], width: int) -> tuple[str, ...]:
@@ -266,11 +271,7 @@ def _keyed(
     """Names and units of columns of which every second has the times of the next, where the lines
     above them repeat a key before each value, as in exports of TwinCAT Scope; else None.
     """
-    keys: dict[str, list[str]] = {}
-    for line in lines:
-        cells = _words(line, separator)
-        if len(cells) == width > 2 and width % 2 == 0 and len({*cells[::2]}) == 1:
-            keys.setdefault(cells[0], cells[1::2])
+    keys = _values_by_key([_words(line, separator) for line in lines], width)
     if len(keys) < 2:
         return None
     stamp = next((found[1] for key in keys if (found := _STAMP_UNIT.search(key))), "")
@@ -283,6 +284,15 @@ def _keyed(
         tuple(itertools.chain.from_iterable(zip(times, names, strict=True))),
         tuple(one for unit in units[: len(names)] for one in (stamp, unit)),
     )
+
+
+def _values_by_key(lines: list[list[str]], width: int) -> dict[str, list[str]]:
+    """The values of lines that repeat one key before each, by the key."""
+    keys: dict[str, list[str]] = {}
+    for cells in lines:
+        if len(cells) == width > 2 and width % 2 == 0 and len({*cells[::2]}) == 1:
+            keys.setdefault(cells[0], cells[1::2])
+    return keys
 
 
 def _above(lines: list[str], separator: str, width: int) -> tuple[list[int], tuple[str, ...]]:
