@@ -110,3 +110,22 @@ def test_three_servos_are_looked_at_one_by_one(tmp_path: Path) -> None:
     one = inspect(found.path, load_mapping(None, [option]))
     assert one.kind == "servo_axis"
     assert taken(one)["command"] == "servo2_goal_position_deg"
+
+
+def test_of_a_led_arm_the_joint_that_departs_is_shown(tmp_path: Path) -> None:
+    names = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_roll"]
+    asked = {name: 30.0 * np.sin((0.5 + 0.3 * n) * T_S) for n, name in enumerate(names)}
+    noise = 0.05 * RNG.standard_normal((len(names), len(T_S)))
+    columns = {"t": T_S} | {f"leader_{name}": one for name, one in asked.items()}
+    for row, name in zip(noise, names, strict=True):
+        columns[f"follower_{name}"] = asked[name] + row + 1.5 * (name == "elbow_flex")
+    found = seen(tmp_path, **columns)
+    assert taken(found)["command"] == "leader_elbow_flex"
+    assert taken(found)["position"] == "follower_elbow_flex"
+
+
+def test_short_names_of_a_controller(tmp_path: Path) -> None:
+    speed = np.gradient(ASKED, T_S)
+    found = seen(tmp_path, t=T_S, pos=READ, vel=SPEED, tq=EFFORT, ctrl_pos=ASKED, ctrl_vel=speed)
+    right = {"command": "ctrl_pos", "position": "pos", "velocity": "vel", "effort": "tq"}
+    assert right.items() <= taken(found).items()

@@ -115,7 +115,8 @@ class Inspection:
 
     def _in_another_unit(self, column: str) -> str | None:
         """The command or the reading of an axis that a column which is not used repeats."""
-        own = of_role(self.guesses, *LONE) if column in self.table else []
+        used = column in self.table and read_name(column).used
+        own = of_role(self.guesses, *LONE) if used else []
         return next((n for n in own if repeats(self.table[n], self.table[column])), None)
 
     @property

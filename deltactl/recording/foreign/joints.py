@@ -278,9 +278,9 @@ def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
         asks = [word for word in words if read_name(word).role == "command"]
         if len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
-            own = "".join(word for word in words if word.lower() not in MEASURED)
-            if not asks and name.isalnum() and own and read_name(own).role is None:
-                label = own  # ActualAz, beside TargetAz
+            own = "_".join(words[words[0].lower() in MEASURED :])
+            if not asks and not re.search(r"\d", name) and own and read_name(own).role is None:
+                label = own  # ActualAz beside TargetAz, follower_elbow beside leader_elbow
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
     return labels
 

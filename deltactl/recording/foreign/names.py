@@ -25,16 +25,16 @@ WORDS: dict[str, str] = {
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
     "qd_ref q_d commanded target_position commanded_position desired_position reference_position "
-    "x_ref pos_ref wanted goto objetivo obiettivo",
+    "x_ref pos_ref wanted goto objetivo obiettivo expected nominal leader",
     "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
     "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star dial caliper "
-    "indicator messuhr dro glass",
+    "indicator messuhr dro glass follower",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
     "velocidad velocita present_velocity rpm",
-    "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
+    "effort": "effort torque tq trq current force tau voltage control u i_q iq drehmoment strom "
     "spannung stellgroesse stellsignal moment kraft couple courant corriente corrente motorstrom "
     "cur i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
     "load": "load payload external_force weight",
@@ -67,11 +67,13 @@ _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
-MEASURED = _words("actual measured estimated estimate feedback fbk fb present act meas ist")
+MEASURED = _words(
+    "actual measured estimated estimate feedback fbk fb present act meas ist follower"
+)
 """Words that say that a value was measured, not asked for."""
 TORQUES = _words("torque force effort tau moment drehmoment kraft couple nm")
 """Words of an effort in the unit that moves a mass; a current or a voltage counts as one."""
-QUALIFIES = frozenset(["control", "input"])
+QUALIFIES = frozenset(["control", "ctrl", "input"])
 """Words that say beside a quantity that it was asked for: control_torque, input_pos."""
 SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
 """Words of what feeds a drive, which says nothing of the motion."""
