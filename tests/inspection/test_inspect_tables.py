@@ -138,7 +138,7 @@ def test_a_distance_that_a_laser_read_is_no_effort(tmp_path: Path) -> None:
     found = inspect(path)
     assert (found.kind, found.motion) == ("servo_axis", "linear")
     assert taken(found) == {"t": "t", "command": "x", "position": "Laser_mm"}
-    assert any("x: taken for what was commanded" in warning for warning in found.warnings)
+    assert any("x: taken for the command" in warning for warning in found.warnings)
 
 
 def test_three_joints_counted_from_nought(tmp_path: Path) -> None:

@@ -352,7 +352,7 @@ def _of_three_motors(reading: str) -> str:
     )
 
 
-SHOWN_OTHERS = 4
+SHOWN_OTHERS = 3
 
 
 def _of_more_joints(table: Path, others: Sequence[str], chosen: bool) -> str:
@@ -387,11 +387,8 @@ def _which_came_first(guesses: Taken) -> list[str]:
     asked = [guess.source for guess in guesses.values() if guess.why.endswith(EARLIER)]
     if not asked:
         return []
-    are = "it is" if len(asked) == 1 else "they are"
-    says = (
-        f"taken for what was commanded, as {are} {EARLIER} than what moves alike; where it is the"
-        " other way round, exchange the two in the printed command"
-    )
+    are = "the command, as it is" if len(asked) == 1 else "commands, as they are"
+    says = f"taken for {are} {EARLIER}; if it is the reading, exchange the two in the command below"
     return [Note.on(asked, says)]
 
 

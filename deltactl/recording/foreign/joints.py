@@ -305,7 +305,7 @@ def of_data_set(table: Table) -> tuple[dict[str, str], list[str]]:
     if farthest > NORMALISED:
         return units, [f"the joints go up to {farthest:g}: all of them are taken for degrees"]
     return units, [
-        f"no joint goes beyond {NORMALISED:g} ({farthest:.4g} at most): all are taken for degrees,"
-        " and may as well be LeRobot's normalised values of -100 to 100; then put what one of them"
-        " is in rad as a factor in place of [deg] into the printed command, as *0.02"
+        f"no joint goes beyond {NORMALISED:g} ({farthest:.4g} at most): all are taken for degrees;"
+        " if they are LeRobot's normalised values of -100 to 100, put what one is [rad] in place of"
+        " [deg] into the printed command, as *0.02"
     ]

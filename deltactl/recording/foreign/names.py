@@ -110,6 +110,8 @@ TOGETHER: tuple[tuple[frozenset[str], str | None], ...] = (
 a measured_distance a range."""
 OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
+OF_A_DRIVE = _words("motor drive servo actuator antrieb")
+"""Words of what gives an effort, and no weight does."""
 OF_ENCODER = frozenset(["encoder", "enc", "resolver"])
 """Words of what counts the motion that came of a command."""
 ANALOGUE = _words(
@@ -330,8 +332,9 @@ def pulls(name: str) -> bool:
 
 
 def may_be_outside(name: str) -> bool:
-    """Whether a name says torque or force, which a drive gives and a weight does too."""
-    return not OUTSIDE.isdisjoint(in_words(name))
+    """Whether a name says torque or force, as of a weight, and not that a drive gives it."""
+    words = in_words(name)
+    return not OUTSIDE.isdisjoint(words) and OF_A_DRIVE.isdisjoint(words)
 
 
 def is_analogue(name: str) -> bool:
