@@ -129,3 +129,36 @@ def test_short_names_of_a_controller(tmp_path: Path) -> None:
     found = seen(tmp_path, t=T_S, pos=READ, vel=SPEED, tq=EFFORT, ctrl_pos=ASKED, ctrl_vel=speed)
     right = {"command": "ctrl_pos", "position": "pos", "velocity": "vel", "effort": "tq"}
     assert right.items() <= taken(found).items()
+
+
+def test_joints_called_before_the_dot_are_joints(tmp_path: Path) -> None:
+    """Three of them are numbered, and no motors of a delta."""
+    joints = ["shoulder_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"]
+    asked = {one: 0.4 * np.sin((0.5 + 0.2 * n) * T_S) for n, one in enumerate(joints)}
+    noise = 1e-4 * RNG.standard_normal((len(joints), len(T_S)))
+    columns = {"time": T_S} | {f"{one}.desired": values for one, values in asked.items()}
+    for row, one in zip(noise, joints, strict=True):
+        columns[f"{one}.actual"] = asked[one] + row + 0.03 * (one == "wrist_2_joint")
+    found = seen(tmp_path, **columns)
+    assert found.kind == "servo_axis"
+    assert taken(found)["position"] == "wrist_2_joint.actual"
+
+
+def test_a_speed_tells_whole_times_in_ms(tmp_path: Path) -> None:
+    ms = np.arange(len(T_S), dtype=float)
+    columns = {
+        "duration": ms,
+        "q": READ / 57,
+        "q_d": ASKED / 57,
+        "dq": np.gradient(READ / 57, 1e-3),
+    }
+    found = seen(tmp_path, **columns)
+    assert found.guesses["duration"].unit == "ms"
+    assert taken(found)["velocity"] == "dq"
+
+
+def test_counts_of_an_encoder_beside_a_setpoint_with_decimals(tmp_path: Path) -> None:
+    found = seen(tmp_path, t=T_S, pos_setpoint=200.5 * ASKED, shadow_count=np.round(200.5 * READ))
+    assert taken(found)["position"] == "shadow_count"
+    assert found.asked is None
+    assert any("encoder counts" in one for one in found.warnings)

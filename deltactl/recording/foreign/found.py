@@ -104,7 +104,7 @@ class Inspection:
         if column in self.table and not np.isfinite(self.table[column]).any():
             return "holds no numbers"
         if (other := self._in_another_unit(column)) is not None:
-            return f"is {other} once more, in another unit"
+            return f"is {other} once more"
         if not pulls(column) or self.kind == "delta":
             return KEPT
         outside = may_be_outside(column) and not read_name(column).asked

@@ -210,11 +210,15 @@ def _measured_distance(columns: Columns) -> None:
 
 
 def _distance_of_an_axis(columns: Columns) -> None:
-    """The only distance beside a command that it goes with is what an axis answered."""
+    """The only distance, or count, beside a command that it goes with is what an axis answered,
+    where nothing else goes with the command.
+    """
     found, table = columns.found, columns.table
     asked = [name for name, guess in found.items() if guess.name == "command"]
-    seen = [name for name, guess in found.items() if guess.name in ("distance", "range")]
+    seen = [n for n, guess in found.items() if guess.name in ("distance", "range", "steps")]
     if len(asked) != 1 or len(seen) != 1 or columns.of("position"):
+        return
+    if any(correlation(table[asked[0]], table[n]) >= GUESSES.alike for n in columns.free()):
         return
     if correlation(table[asked[0]], table[seen[0]]) >= GUESSES.alike:
         why = f"by its name, and it follows {asked[0]}"

@@ -43,10 +43,13 @@ RATIOS: tuple[tuple[float, str, str], ...] = (
 """How many of the first unit are one of the second."""
 
 
-def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
+def time_unit(
+    t: FloatArray, late_rows: int = 0, thousandfold: str | None = None
+) -> tuple[str, str]:
     """Unit of a time column without one, and why: whole numbers are ticks of a computer's clock.
 
-    late_rows: by which a reading follows its command; no axis is seconds late.
+    late_rows: by which a reading follows its command; no axis is seconds late. thousandfold: a
+    velocity that is a thousand times the slope of its position by these times.
     """
     step = float(np.median(np.diff(t)))
     whole = bool((t == np.round(t)).all())
@@ -56,6 +59,8 @@ def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
         return ("ns", "steps of some million") if in_ns else ("us", "steps of some thousand")
     if step >= GUESSES.ticks_us and whole:
         return "us", f"whole numbers, {step:g} apart"
+    if step == GUESSES.ticks_ms and whole and thousandfold is not None:
+        return "ms", f"1 apart, as {thousandfold} shows"
     if step == GUESSES.ticks_ms and whole and late_rows > 0:
         return "ms", f"1 apart, and the reading is {late_rows} rows late"
     if (step > GUESSES.ticks_ms and whole) or step > GUESSES.longest_step_s:
@@ -111,9 +116,8 @@ def with_units(
     motion = motion or motion_beside(guesses)
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
-            unit, why = time_unit(
-                table[name], _late_rows(guesses, table) if guess.why == "by its name" else 0
-            )
+            late = _late_rows(guesses, table) if guess.why == "by its name" else 0
+            unit, why = time_unit(table[name], late, _thousandfold(guesses, table, name))
             out[name] = replace(guess, unit=unit, unit_guessed=unit != "s")
             if unit != "s":
                 says = f"taken for {unit} ({why}); the file gives no unit"
@@ -125,6 +129,21 @@ def with_units(
     warnings = [*_counts_by_speed(out, table, warnings), *_pairs(out, table)]
     warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _thousandfold(guesses: Taken, table: Table, time: str) -> str | None:
+    """A velocity that is a thousand times the slope of the position, in the same unit as far as
+    headings say: then the times are in ms.
+    """
+    named = by_name(guesses)
+    speed, place = named.get("velocity"), named.get("position")
+    if speed is None or place is None:
+        return None
+    if speed.unit != (place.unit and f"{place.unit}/s"):
+        return None
+    ratio = slope_ratio(table[time], table[place.source], table[speed.source])
+    thousand = ratio is not None and abs(ratio / 1e3 - 1.0) < GUESSES.near_unit
+    return speed.source if thousand else None
 
 
 def _late_rows(guesses: Taken, table: Table) -> int:

@@ -235,11 +235,15 @@ def _is_label(word: str) -> bool:
 
 
 def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
-    """Commands and readings of joints that have the same names: action.elbow, state.elbow."""
+    """Commands and readings of joints that have the same names: action.elbow and state.elbow, or
+    elbow.desired and elbow.actual.
+    """
     below: dict[str, dict[str, str]] = {}
     for name in names:
         for dot in re.finditer(r"\.", name):
-            below.setdefault(name[: dot.start()], {})[name[dot.end() :]] = name
+            before, behind = name[: dot.start()], name[dot.end() :]
+            below.setdefault(before, {})[behind] = name
+            below.setdefault(behind, {})[before] = name
     alike: dict[frozenset[str], dict[str, Group]] = {}
     for stem, group in below.items():
         if (

@@ -12,6 +12,7 @@ import numpy as np
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import (
     ANGULAR,
+    READ,
     RTDE,
     counts_like,
     of_counts,
@@ -120,13 +121,14 @@ def unit_of_motion(
     if (found := _of_called(group, largest, motion)) is not None:
         return found
     widest = GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad
-    said_counts = all(_says_counts(one.source, table[one.source]) for one in group)
+    read = [one for one in group if one.role in READ] or group
+    said_counts = all(_says_counts(one.source, table[one.source]) for one in read)
     if largest <= widest and not said_counts:
         return list(group), ""
     if counts_like(values) or said_counts:
-        return _all(group, "rad", GUESSES.count_rad), Note.on(
-            _names(group), OF_COUNTS.format(largest)
-        )
+        most = max(float(np.nanmax(np.abs(table[one.source]))) for one in read)
+        says = OF_COUNTS.format(most)
+        return _all(group, "rad", GUESSES.count_rad), Note.on(_names(group), says)
     return _of_degrees(group, largest, motion)
 
 
@@ -198,7 +200,7 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
     The one that was read is enough: what was asked for has the same.
     """
     # What a heading says is denied column by column, by a factor.
-    read = next((one for one in group if one.role in ("position", "theta")), group[0])
+    read = next((one for one in group if one.role in READ), group[0])
     said = [(read, None)] if is_open(read) else [(one, 1.0) for one in group]
     words = [
         word
@@ -229,7 +231,7 @@ def _names(group: Sequence[Guess]) -> list[str]:
 
 def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
     """The group in the unit that the steps of its readings tell; None where they tell none."""
-    read = [one.source for one in group if one.role in ("position", "theta")]
+    read = [one.source for one in group if one.role in READ]
     told = {name: found for name in read if (found := of_encoder(table[name])) is not None}
     units = {unit for unit, _ in told.values()}
     if len(units) != 1:

@@ -25,7 +25,7 @@ WORDS: dict[str, str] = {
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
     "qd_ref q_d commanded target_position commanded_position desired_position reference_position "
-    "x_ref pos_ref wanted goto objetivo obiettivo expected nominal leader",
+    "x_ref pos_ref wanted goto objetivo obiettivo expected nominal leader gcode",
     "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
