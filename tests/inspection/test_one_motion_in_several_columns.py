@@ -112,16 +112,19 @@ def test_three_servos_are_looked_at_one_by_one(tmp_path: Path) -> None:
     assert taken(one)["command"] == "servo2_goal_position_deg"
 
 
-def test_of_a_led_arm_the_joint_that_departs_is_shown(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("goal", "present"), [("leader_{}", "follower_{}"), ("{}_goal", "{}_present")]
+)
+def test_of_an_arm_the_joint_that_departs_is_shown(tmp_path: Path, goal: str, present: str) -> None:
     names = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_roll"]
     asked = {name: 30.0 * np.sin((0.5 + 0.3 * n) * T_S) for n, name in enumerate(names)}
     noise = 0.05 * RNG.standard_normal((len(names), len(T_S)))
-    columns = {"t": T_S} | {f"leader_{name}": one for name, one in asked.items()}
+    columns = {"t": T_S} | {goal.format(name): one for name, one in asked.items()}
     for row, name in zip(noise, names, strict=True):
-        columns[f"follower_{name}"] = asked[name] + row + 1.5 * (name == "elbow_flex")
+        columns[present.format(name)] = asked[name] + row + 1.5 * (name == "elbow_flex")
     found = seen(tmp_path, **columns)
-    assert taken(found)["command"] == "leader_elbow_flex"
-    assert taken(found)["position"] == "follower_elbow_flex"
+    assert taken(found)["command"] == goal.format("elbow_flex")
+    assert taken(found)["position"] == present.format("elbow_flex")
 
 
 def test_short_names_of_a_controller(tmp_path: Path) -> None:
@@ -162,3 +165,30 @@ def test_counts_of_an_encoder_beside_a_setpoint_with_decimals(tmp_path: Path) ->
     assert taken(found)["position"] == "shadow_count"
     assert found.asked is None
     assert any("encoder counts" in one for one in found.warnings)
+
+
+def test_a_unit_says_more_than_a_letter(tmp_path: Path) -> None:
+    """q is an angle in the books, and the axis of a motor's current in its logs."""
+    columns = {"q_A": 3.0 * EFFORT, "d_A": RNG.standard_normal(len(T_S)), "position": READ / 90}
+    found = seen(tmp_path, time=T_S, **columns)
+    assert taken(found)["position"] == "position"
+    assert taken(found)["effort"] == "q_A"
+
+
+def test_the_load_that_a_servo_reports_is_its_own(tmp_path: Path) -> None:
+    voltage = 7.4 + 0.05 * RNG.standard_normal(len(T_S))
+    columns = {
+        "target": ASKED,
+        "position": READ,
+        "load": np.round(100 * EFFORT),
+        "voltage": voltage,
+    }
+    found = seen(tmp_path, ms=1e3 * T_S, **columns)
+    assert taken(found)["effort"] == "load"
+    assert "load" not in taken(found)
+
+
+def test_a_load_that_does_not_go_with_the_motion_pulls_from_outside(tmp_path: Path) -> None:
+    pull = np.round(40.0 * (np.sin(0.21 * T_S) > 0.3) * (np.abs(SPEED) < 5.0))
+    found = seen(tmp_path, t=T_S, command=ASKED / 60, position=READ / 60, load=pull)
+    assert taken(found)["load"] == "load"

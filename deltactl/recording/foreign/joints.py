@@ -282,9 +282,10 @@ def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
         asks = [word for word in words if read_name(word).role == "command"]
         if len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
-            own = "_".join(words[words[0].lower() in MEASURED :])
-            if not asks and not re.search(r"\d", name) and own and read_name(own).role is None:
-                label = own  # ActualAz beside TargetAz, follower_elbow beside leader_elbow
+            first, last = (words[end].lower() in MEASURED for end in (0, -1))
+            own = "_".join(words[first : len(words) - last])
+            if not asks and own and read_name(own).role is None:
+                label = own  # ActualAz beside TargetAz, elbow_present beside elbow_goal
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
     return labels
 

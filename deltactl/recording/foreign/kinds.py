@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from deltactl.recording.foreign.axis_columns import share_of_both
 from deltactl.recording.foreign.guess import CALIBRATES
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
@@ -207,6 +208,7 @@ def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
 
     guesses: by column. table: columns, name -> (n,).
     """
+    guesses = _of_the_drive(guesses, table)
     named = by_name(guesses)
     effort, seen = named.get("effort"), named.get("position")
     if effort is None or seen is None or "command" not in named or "load" in named:
@@ -220,6 +222,22 @@ def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
     instead = "put effort in place of load in the printed command"
     hint = Hint.of(OF_A_LOAD, "name", [effort.source], "effort", instead)
     return {**guesses, effort.source: load}, [hint]
+
+
+def _of_the_drive(guesses: Taken, table: Table) -> Taken:
+    """Guesses in which a load without a unit that goes with the motion is what a drive gives, as
+    servos report theirs; what was taken for that is none.
+    """
+    named = by_name(guesses)
+    load, seen = named.get("load"), named.get("position")
+    if load is None or seen is None or load.unit is not None or load.why != BY_NAME:
+        return guesses
+    share = share_of_both(table[load.source], table[seen.source])
+    if share < GUESSES.least_share:
+        return guesses
+    others = {name: one for name, one in guesses.items() if one.role != "effort"}
+    why = f"by its name; it goes with the motion ({share:.0%})"
+    return {**others, load.source: replace(load, role="effort", why=why)}
 
 
 def _nothing_in_motion(torque: FloatArray, place: FloatArray) -> bool:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from deltactl.recording.foreign.units import (
     CLOCKS,
     LINEAR,
+    LONE,
     LONE_UNITS,
     ROTARY,
     UNIT_APART,
@@ -217,12 +218,22 @@ def read_name(name: str, unit_line: str = "") -> Named:
     if _of_no_use(words, role):
         return Named(None, unit, None, used=False)
     role, index, stem = _numbered(words, role)
+    role = _with_unit(role, unit, words)
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
     elif role == "steps" and (MEASURED | OF_ENCODER).intersection(words):
         role = "position"
     asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
     return Named(role, unit, index, asked)
+
+
+def _with_unit(role: str | None, unit: str | None, words: Sequence[str]) -> str | None:
+    """The role of a name with a unit: q is a position, and q_A a current; angle_a is none."""
+    if role not in LONE or unit is None or unit in UNITS_OF[role]:
+        return role
+    if any(len(word) > 1 and ROLE_OF.get(word) == role for word in words):
+        return role
+    return next((other for other in ("effort", "velocity") if unit in UNITS_OF[other]), role)
 
 
 def _words_of(name: str) -> list[str]:
