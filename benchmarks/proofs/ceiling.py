@@ -73,7 +73,9 @@ def ceiling(recording: Path, robot: Path, truth: Sequence[Name], said: Sequence[
     evidence = Laplace(there, there.own_noise)
     if not keys <= evidence(keys).found:
         return Ceiling("not seen", 0.0)
-    weighed = HillClimb(evidence, among=sorted(there.fitted)).run(keys)
+    climb = HillClimb(evidence, among=sorted(there.fitted))
+    climb.climbed(keys)
+    weighed = climb.posterior()
     least = min((weighed.probability(key) for key in keys), default=1.0)
     gone, more = sorted(keys - weighed.best.keys), sorted(weighed.best.keys - keys)
     if gone:

@@ -64,8 +64,6 @@ def _by_covariance(
     selected: Selected, regressor: Regressor, shown: Shown, at_sigma: float
 ) -> float | None:
     best, with_it = selected.best, selected.best.keys | {regressor.key}
-    if with_it not in selected.evidence:
-        return None
     beside = {one.key for one in selected.plant.regressors if one.key in regressor.apart_from}
     more = selected.evidence(with_it | beside, [best])
     at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]

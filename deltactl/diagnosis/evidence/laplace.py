@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.special import ndtr
 
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
@@ -205,12 +207,17 @@ class Laplace:
 
     def _whitened(self, keys: frozenset[str], point: Point) -> tuple[Target, list[Block]]:
         base = self.plant.base(keys, point)
-        target = self._targets.get(id(base))  # most sets share one, or one of a few
+        target = self._target(base)
+        columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
+        return target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+
+    def _target(self, base: FloatArray) -> Target:
+        """The model error by a base; most sets share one, or one of a few."""
+        target = self._targets.get(id(base))
         if target is None:
             target = Target(base, self.noise.whiten(self.plant.observed - base))
             self._targets = {**self._last_targets(), id(base): target}
-        columns = zip(("", *sorted(keys)), self._columns(keys, base, point), strict=True)
-        return target, [self._block(key, c) for key, c in columns if c.values.shape[1]]
+        return target
 
     def _last_targets(self) -> dict[int, Target]:
         return dict(list(self._targets.items())[1 - EVIDENCE.targets_kept :])
@@ -327,6 +334,45 @@ class Laplace:
             # tolerances at their bounds may fit worse than none
             gains[key], left = max(left - rest, 0.0), rest
         return gains
+
+    def at_most(self, keys: frozenset[str]) -> float:
+        """What the log evidence of a set is at most: nothing charged, no tolerance at its bound.
+
+        Infinite for a plant with nonlinear sizes; the columns of any other are the same everywhere.
+        """
+        if not self._linear:
+            return math.inf
+        target, taken = self._target(self.plant.base(keys, {})), self._taken(keys)
+        own = [np.delete(self._spans[""], taken), *(self._spans[key] for key in sorted(keys))]
+        places = np.concatenate(own)
+        root = np.linalg.cholesky(self._whole[places[:, None], places])
+        share = target.share_of_all(self._all_blocks)[places]
+        explained = solve_triangular(root, share, lower=True, check_finite=False)
+        cost = target.power - float(explained @ explained)
+        occam = 2.0 * float(np.sum(np.log(np.diag(root))))
+        return self._odds(keys, {}) - 0.5 * (cost + occam)
+
+    @cached_property
+    def _linear(self) -> bool:
+        return not any(one.sizes for one in self.by_key.values())
+
+    @cached_property
+    def _all_blocks(self) -> list[Block]:
+        return self._whitened(frozenset(self.by_key), {})[1]
+
+    @cached_property
+    def _spans(self) -> dict[str, IntArray]:
+        """Where the columns of each regressor are among all."""
+        ends = np.cumsum([0, *(shape.shape[1] for _, shape in self._all_blocks)])
+        found = dict.fromkeys(("", *self.by_key), np.arange(0))
+        pairs = zip(self._all_blocks, ends, strict=False)
+        return found | {key: at + np.arange(shape.shape[1]) for (key, shape), at in pairs}
+
+    @cached_property
+    def _whole(self) -> FloatArray:
+        """Inverse covariance (p, p) of all sizes together."""
+        gram = self._products.of(self._all_blocks)
+        return gram + np.eye(len(gram))
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""

@@ -267,8 +267,9 @@ def _first_p(selected: Selected, charged: float) -> float:
     best, empty = selected.best, selected.empty
     if best.found:
         return chance(selected, best, empty, charged)
-    possible = [e for e in selected.evidence.evaluated if np.isfinite(e.log_evidence)]
-    tried = [e for e in possible if len(e.found) == len(e.keys) == 1]
+    singles = [r for r in selected.plant.regressors if not r.left_over and not r.beside]
+    possible = [selected.evidence([one.key]) for one in singles]
+    tried = [e for e in possible if np.isfinite(e.log_evidence) and e.found]
     return min([chance(selected, one, empty, charged) for one in tried], default=1.0)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,12 +50,17 @@ class Posterior:
 
 def posterior(explanations: Iterable[Explanation]) -> Posterior:
     """Weights of evaluated sets. Raises OverflowError where none of them has any evidence."""
-    ordered = sorted(explanations, key=lambda e: (-e.log_evidence, len(e.keys), sorted(e.keys)))
-    top = ordered[0].log_evidence
+    return weighed({one: one.log_evidence for one in explanations})
+
+
+def weighed(evidence: Mapping[Explanation, float]) -> Posterior:
+    """Weights by log evidence; of equals the smaller set, then the first, is the best."""
+    ordered = sorted(evidence, key=lambda e: (-evidence[e], len(e.keys), sorted(e.keys)))
+    top = evidence[ordered[0]]
     if not np.isfinite(top):
         raise OverflowError("no set of regressors has any evidence")
-    counted = [e for e in ordered if top - e.log_evidence < SELECTION.window]
-    weights = np.exp([e.log_evidence - top for e in counted])
+    counted = [e for e in ordered if top - evidence[e] < SELECTION.window]
+    weights = np.exp([evidence[e] - top for e in counted])
     return Posterior(counted, (weights / weights.sum()).tolist())
 
 
@@ -73,13 +78,21 @@ class HillClimb:
         these may come and go.
         """
         self.evidence, self.kept = evidence, kept
+        self._most: dict[frozenset[str], float] = {}
         chosen = [r for r in evidence.plant.regressors if r.left_over == left_over]
         if among is not None:
             chosen = [r for r in evidence.plant.regressors if r.key in among]
         kept_too = [r for r in evidence.plant.regressors if r.key in kept]
         self._all = {r.key: r for r in (*chosen, *kept_too)}
 
-    def run(self, start: frozenset[str] = frozenset(), better_than: float = -np.inf) -> Posterior:
+    def run(self) -> Posterior:
+        """From what is kept to where no move is better, with all sets that count there."""
+        self.climbed()
+        return self.posterior()
+
+    def climbed(
+        self, start: frozenset[str] = frozenset(), better_than: float = -np.inf
+    ) -> Explanation:
         """From what is kept, and a set to begin with, to where no move is better.
 
         better_than: log evidence of another plant; nothing is exchanged far below it.
@@ -90,6 +103,18 @@ class HillClimb:
             here = better
             if self.evidence.plant.is_far(at_point.beyond_noise, here.beyond_noise):
                 break
+        return max(self._mine(), key=_order)
+
+    def looked_around(self, here: Explanation) -> None:
+        """Know of all sets one move away."""
+        self._better(here, -np.inf)
+
+    def posterior(self) -> Posterior:
+        """All sets that count; some of them were not evaluated before, for their bound."""
+        best = max(self._mine(), key=_order).log_evidence
+        for keys, most in self._most.items():
+            if most > best - SELECTION.window:
+                self.evidence(keys, [self.evidence(self.kept)])
         return posterior(self._mine())
 
     def _better(self, here: Explanation, least: float) -> Explanation | None:
@@ -155,5 +180,19 @@ class HillClimb:
         return self._evaluated(here, sets)
 
     def _evaluated(self, here: Explanation, sets: Iterable[frozenset[str]]) -> list[Explanation]:
+        """Those that may be the best, by a bound on their evidence."""
         start = [here, self.evidence(self.kept)]
-        return [self.evidence(s, start) for s in sets if self.allowed(s)]
+        most = {s: self.evidence.at_most(s) for s in sets if self.allowed(s)}
+        self._most |= most
+        found, best = [], here.log_evidence
+        for keys in sorted(most, key=lambda s: -most[s]):
+            if most[keys] < best:
+                break
+            found.append(self.evidence(keys, start))
+            best = max(best, found[-1].log_evidence)
+        return found
+
+
+def _order(explanation: Explanation) -> tuple[float, int]:
+    """The more probable first, and of equals the smaller."""
+    return explanation.log_evidence, -len(explanation.keys)
