@@ -67,7 +67,7 @@ def test_an_error_is_no_reading(tmp_path: Path) -> None:
     found = seen(tmp_path, nominal_deg=places, deviation_arcsec=error)
     assert found.kind is None
     assert "position=deviation" not in found.kind_why
-    assert "position=COLUMN" in found.kind_why
+    assert "nominal_deg plus deviation_arcsec" in found.kind_why
 
 
 @pytest.mark.parametrize("counts", [1024, 2000, 2048, 4000, 8192, 10000])

@@ -89,6 +89,10 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
             "places of a platform were found, and no angles or steps of its three motors beside"
             f" them; name their columns: {HERE} --set command_1=COLUMN, or steps_1, to 3"
         )
+    error = next((n for n in left if _is_error(n)), None)
+    if error is not None and len(named.keys() & {*LONE}) == 1:
+        (asked,) = (without_unit(named[name].source) for name in LONE if name in named)
+        return _in_place_of_an_error(asked, without_unit(error))
     if "position" in named:
         return _lacking_beside(named["position"].source, left)
     if "range" in named:
@@ -105,16 +109,24 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
     )
 
 
+def _is_error(name: str) -> bool:
+    """Whether a name is that of an error or a deviation in a unit of motion."""
+    said = read_name(name)
+    return not said.used and said.unit in (*LINEAR, *ROTARY)
+
+
+def _in_place_of_an_error(asked: str, error: str) -> str:
+    """What is needed in place of by how much each reading is off."""
+    sets = shlex.join(["--set", f"command={asked}", "--set", "position=COLUMN"])
+    return (
+        f"{error} is no reading, but how far one is from {asked}; add a column of readings ({asked}"
+        f" plus {error}), and name it: {HERE} {sets}"
+    )
+
+
 def _lacking_beside(position: str, left: Sequence[str]) -> str:
     """What is needed beside a position: a command or an effort."""
     twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
-    if twin is not None and not read_name(twin).used:
-        seen, error = map(without_unit, (position, twin))
-        return (
-            f"{error} is no reading, but how far one is from {seen}; add a column of readings"
-            f" ({seen} plus {error}), and name it with --set position=COLUMN, and"
-            f" {shlex.join(['--set', f'command={seen}'])}"
-        )
     if twin is not None:
         names = [without_unit(one) for one in (position, twin)]
         asked, read = (f"{role}={one}" for role, one in zip(LONE, names, strict=True))

@@ -61,7 +61,7 @@ OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 below `action`, their values say more."""
 NO_UNIT = "nothing says the unit"
 OF_COUNTS = (
-    "whole numbers up to {:g}, taken for encoder counts, 4096 a turn; if a turn has others, put"
+    "numbers up to {:g}, taken for encoder counts, 4096 a turn; if a turn has others, put"
     f" what one count is [rad] in place of {GUESSES.count_rad} into the printed command"
 )
 
@@ -120,16 +120,17 @@ def unit_of_motion(
         return stepped, ""
     if (found := _of_called(group, largest, motion)) is not None:
         return found
-    widest = GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad
+    few = largest <= (GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad)
+    if _called_counts(group, table) or (counts_like(values) and not few):
+        says = Note.on(_names(group), OF_COUNTS.format(largest))
+        return _all(group, "rad", GUESSES.count_rad), says
+    return (list(group), "") if few else _of_degrees(group, largest, motion)
+
+
+def _called_counts(group: Sequence[Guess], table: Table) -> bool:
+    """Whether what was read is called counts; a command in counts may have decimals."""
     read = [one for one in group if one.role in READ] or group
-    said_counts = all(_says_counts(one.source, table[one.source]) for one in read)
-    if largest <= widest and not said_counts:
-        return list(group), ""
-    if counts_like(values) or said_counts:
-        most = max(float(np.nanmax(np.abs(table[one.source]))) for one in read)
-        says = OF_COUNTS.format(most)
-        return _all(group, "rad", GUESSES.count_rad), Note.on(_names(group), says)
-    return _of_degrees(group, largest, motion)
+    return all(_says_counts(one.source, table[one.source]) for one in read)
 
 
 def _of_degrees(

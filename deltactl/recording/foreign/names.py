@@ -86,8 +86,8 @@ OF_SURROUNDINGS = _words(
 )
 """Words of what moves no axis, whatever else is in the name: temp_setpoint, pressure_actual."""
 OF_NO_USE = _words(
-    "accel acceleration beschleunigung gyro jerk error err ferror fehler schleppfehler deviation"
-    " abweichung duration direction mass snr"
+    "accel acceleration beschleunigung gyro jerk error err ferror fehler schleppfehler"
+    " schleppabstand deviation abweichung duration direction mass snr"
 )
 """Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
 OF_JOINTS = _words(
