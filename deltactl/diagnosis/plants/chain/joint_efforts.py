@@ -17,7 +17,7 @@ from deltactl.diagnosis.plants.chain.joint_motions import joint_motions, prepare
 from deltactl.diagnosis.plants.left_over import LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.force_shapes import SlowFriction
-from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, SERVO_JOINTS
+from deltactl.diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from deltactl.diagnosis.plants.regression import Columns
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS
 from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDING, YIELDS_OVER
@@ -141,12 +141,17 @@ class JointEfforts(LeftOver):
     @cached_property
     def _carried(self) -> FloatArray:
         """Most probable moments (10,) of a load beside all that acts at the joints, and drives that
-        are off by a share of all their effort.
+        are off by a share of all their effort: where little is needed, and no limit reached.
         """
-        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
+        spread = np.full(len(self.joints), CHAIN.as_built)
         drives = Columns(self._each(self._smooth), spread)
         white = self.whitened([self._load, drives, *self._acting.values()])
         left = self.layout.laid(self._filtered - self._needed)[self.rows] / self.usual[self.rows]
+        needed = np.abs(self.layout.laid(self._needed))
+        each = [needed[self.rows_of(j)] for j in range(len(self.joints))]
+        middle = np.array([float(np.median(own)) if len(own) else 0.0 for own in each])
+        calm = (needed <= middle[self.kinds])[self.rows]
+        white, left = white[calm], left[calm]
         known = np.eye(white.shape[1]) + white.T @ white
         size = np.linalg.solve(known, white.T @ left / CHAIN.noise)
         return np.asarray(size[: len(BODY)] * self._load.spread)
