@@ -11,6 +11,8 @@ from deltactl.diagnosis.answer.verdict import at_floor, claimed, gained, grew, m
 from deltactl.models.effects import Trait, has
 
 NOTHING_MISSING = "nothing is missing"
+ROUNDING = 1e-9
+"""Of shares and probabilities that are added up: far above what sixteen digits lose."""
 
 
 def contradictions(answer: Diagnosis) -> list[str]:
@@ -40,7 +42,7 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
                 yield "nothing is missing, and the residual is above the noise floor"
             if seen(answer.false_alarm_p):
                 yield f"nothing is missing, with p = {answer.false_alarm_p:.2g}"
-            if answer.unexplained.share_of_mismatch > VERDICT.rounding:
+            if answer.unexplained.share_of_mismatch > ROUNDING:
                 yield "nothing is missing, and a share of the model error is unexplained"
         case "explained":
             if not named or len(named) < len(answer.findings):
@@ -76,15 +78,15 @@ def _chances(answer: Diagnosis) -> Iterator[str]:
 def _shares(answer: Diagnosis) -> Iterator[str]:
     shares = [finding.share_of_mismatch for finding in answer.findings]
     shares.append(answer.unexplained.share_of_mismatch)
-    if sum(shares) > 1.0 + VERDICT.rounding:
+    if sum(shares) > 1.0 + ROUNDING:
         yield f"shares add up to {sum(shares):.3g}"
-    if not all(0.0 <= share <= 1.0 + VERDICT.rounding for share in shares):
+    if not all(0.0 <= share <= 1.0 + ROUNDING for share in shares):
         yield "a share is not between 0 and 1"
 
 
 def _figures(answer: Diagnosis) -> Iterator[str]:
     fit, rest = answer.fit, answer.unexplained
-    more = bool(rest.depends_on) or rest.share_of_mismatch > VERDICT.rounding
+    more = bool(rest.depends_on) or rest.share_of_mismatch > ROUNDING
     if more and not fit.rms_after_m > fit.noise_floor_m:
         yield "more than noise is left, and the residual is not above the noise floor"
     if not more and not at_floor(fit):
@@ -129,7 +131,7 @@ def _probabilities(answer: Diagnosis) -> Iterator[str]:
     if answer.verdict == "nothing_missing" and empty < VERDICT.even:
         yield f"nothing is missing, with a probability of {empty:.2g}"
     most = max((f.probability or 0.0 for f in answer.findings), default=0.0)
-    if empty + most > 1.0 + VERDICT.rounding:
+    if empty + most > 1.0 + ROUNDING:
         yield "a finding and that nothing is missing are together more than certain"
 
 

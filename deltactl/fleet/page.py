@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import pyarrow.parquet as pq
 from deltactl.charts.figures import LineChart
 from deltactl.charts.page import heading, page, paragraph, table, unfolds
 from deltactl.charts.spec import Colour, Series, Style
+from deltactl.diagnosis.report.sizes import Scale, scale_of
 from deltactl.fleet.task import Row
 from deltactl.fleet.together import DAY_S, Course, Group, Trend, courses, groups, trends
 from deltactl.foundation.plain_file import whole_file
@@ -33,7 +35,8 @@ def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
     """The page as one HTML document."""
     found = courses(rows)
     moving = trends(found, limits)
-    batches = groups(found, moving)
+    batches = [_group_in_use(group) for group in groups(found, moving)]
+    found, moving = list(map(_in_use, found)), list(map(_trend_in_use, moving))
     bad = [row for row in rows if "error" in row]
     good = [row for row in rows if "error" not in row]
     robots = {row["robot"] for row in good}
@@ -55,6 +58,40 @@ def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
     return page("Fleet", parts, lead=lead)
 
 
+def _scale(unit: str, parameter: str, size: float) -> Scale:
+    """How a size of the contract is shown: in degrees, mm or %, as in the answers."""
+    return scale_of(unit, parameter.partition("[")[0], size)
+
+
+def _in_use(course: Course) -> Course:
+    """The same in the unit in which its size is shown."""
+    shown = _scale(course.unit, course.key[-1], float(np.median(course.value)))
+    value, low, high = (
+        (sizes - shown.zero) * shown.factor for sizes in (course.value, course.low, course.high)
+    )
+    return replace(course, unit=shown.unit, value=value, low=low, high=high)
+
+
+def _trend_in_use(trend: Trend) -> Trend:
+    course = trend.course
+    shown = _scale(course.unit, course.key[-1], float(np.median(course.value)))
+    return replace(
+        trend,
+        course=_in_use(course),
+        per_day=trend.per_day * shown.factor,
+        low_per_day=trend.low_per_day * shown.factor,
+        high_per_day=trend.high_per_day * shown.factor,
+        now=shown(trend.now),
+        limit=None if trend.limit is None else shown(trend.limit),
+    )
+
+
+def _group_in_use(group: Group) -> Group:
+    shown = _scale(group.unit, group.parameter, group.median)
+    members = tuple((robot, part, shown(size)) for robot, part, size in group.members)
+    return replace(group, unit=shown.unit, members=members)
+
+
 def until(trend: Trend) -> str:
     """When the limit will be reached, in words."""
     days = trend.days_to_limit()
@@ -71,7 +108,7 @@ def until(trend: Trend) -> str:
 
 def _unit(unit: str) -> str:
     """Behind a number; a plain number has none."""
-    return "" if unit == "1" else f" {unit}"
+    return "" if unit in ("1", "") else f" {unit}"
 
 
 def _date(last: datetime, days: float) -> str:
@@ -167,7 +204,7 @@ def _chart(trend: Trend) -> LineChart:
     if trend.limit is not None:
         ends = np.array([days[0], 0.0])
         series.append(Series("limit", ends, np.full(2, trend.limit), Colour.QUIET, dashed=True))
-    size = f"size [{course.unit}]" if course.unit != "1" else "size"
+    size = f"size [{course.unit}]" if _unit(course.unit) else "size"
     return LineChart(course.name, "time before the last recording [days]", size, series)
 
 

@@ -14,7 +14,8 @@ from deltactl.diagnosis.assessment.regression_holdout import beyond_noise, on_bl
 from deltactl.diagnosis.assessment.significance import chance
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise
 from deltactl.diagnosis.evidence.laplace import Laplace
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Regressor
 
 COUNT = 500
 

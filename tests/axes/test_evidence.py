@@ -20,7 +20,8 @@ from deltactl.diagnosis.evidence.effective_size import (
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Regressor
 from deltactl.diagnosis.plants.spline_terms import less_spanned, spline_basis, spline_over
 from deltactl.diagnosis.report.in_words import in_words
 from deltactl.diagnosis.report.next_run import hint

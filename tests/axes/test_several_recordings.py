@@ -16,7 +16,7 @@ from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.tempering import saturated_noise
 from deltactl.diagnosis.observations.outliers import gross_outliers
 from deltactl.diagnosis.plants.lone.range_sensor import RangeSensorPlant
-from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.plants.regressor import Columns
 from deltactl.models.robot import RangeSensor, ServoAxis
 from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 

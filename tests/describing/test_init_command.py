@@ -169,9 +169,14 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
     assert "then: deltactl run bare-circle.yaml\n" in done.stdout
-    said = " ".join(done.stdout.split())
-    assert "look yourself, then type: deltactl home --accept-unseen 80 (80 degrees is how" in said
+    assert "--accept-unseen" not in done.stdout
     deltactl("run", "bare-circle.yaml", "--simulate")
+
+
+def test_how_to_home_without_sensors_is_said_of_a_wired_robot(deltactl: Deltactl) -> None:
+    answers = DELTA | WIRED | {"sensors": "none"}
+    said = deltactl("init", "delta", "bare.yaml", "--wiring", *options(answers)).stdout
+    assert "deltactl home --accept-unseen" in said
 
 
 def test_no_diagnosis_is_promised_where_nothing_is_observed(deltactl: Deltactl) -> None:

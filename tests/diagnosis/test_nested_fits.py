@@ -10,7 +10,8 @@ import pytest
 from deltactl.diagnosis.evidence.effective_size import Rows, tempered
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size, Sizes
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Regressor, Size, Sizes
 
 TRUE_HZ, WRONG_HZ = 3.0, 4.6
 

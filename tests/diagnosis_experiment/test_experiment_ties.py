@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 from deltactl.diagnosis.experiment import Proposal, Tie, next_experiment
 from deltactl.diagnosis.experiment.design import EXPERIMENT, contains
 from deltactl.diagnosis.plants.delta.motions import Motion
-from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.report.next_run import tie_line
 from deltactl.models.robot import EffectEntry
@@ -39,8 +37,7 @@ def driven(job: dict[str, Any]) -> Motion:
 
 
 def proposed(plant: DeltaPlant, ties: list[Tie]) -> Proposal:
-    runs = partial(next_runs, plant.recorded.model, None)
-    return next_experiment(plant.readings, plant.own_noise.whitener, ties, runs)
+    return next_experiment(plant.recorded.model, plant.own_noise.whitener, ties)
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def test_a_distance_that_a_laser_read_is_no_effort(tmp_path: Path) -> None:
     found = inspect(path)
     assert (found.kind, found.motion) == ("servo_axis", "linear")
     assert taken(found) == {"t": "t", "command": "x", "position": "Laser_mm"}
-    assert any("x: taken for what was commanded" in warning for warning in found.warnings)
+    assert any("x: taken for the command" in warning for warning in found.warnings)
 
 
 def test_three_joints_counted_from_nought(tmp_path: Path) -> None:
@@ -192,7 +192,7 @@ def test_whole_numbers_of_a_servo_are_read_as_counts_unless_somebody_knows(tmp_p
     found = inspect(path)
     assert found.motion == "rotary"
     (warning,) = [warning for warning in found.warnings if "4096 a turn" in warning]
-    assert warning.startswith("goal_position, present_position: whole numbers")
+    assert warning.startswith("goal_position, present_position: ")
     read_rad = read_as_told(found).column("command")
     np.testing.assert_allclose(read_rad - np.pi, COMMAND, atol=3e-3)
     said = load_mapping(None, ["command=goal_position*0.01", "position=present_position*0.01"])

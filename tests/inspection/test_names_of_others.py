@@ -88,8 +88,8 @@ def test_of_two_positions_the_earlier_was_commanded_and_somebody_is_asked(
     found = table(tmp_path, t=T_S, **columns)
     asked, read = ("angle_a", "angle_b") if first else ("angle_b", "angle_a")
     assert taken(found) == {"t": "t", "command": asked, "position": read}
-    (warning,) = [one for one in found.warnings if "other way round" in one]
-    assert warning.startswith(f"{asked}: taken for what was commanded")
+    (warning,) = [one for one in found.warnings if "exchange the two" in one]
+    assert warning.startswith(f"{asked}: taken for the command")
 
 
 def test_what_moves_alike_beside_an_effort_is_no_command(tmp_path: Path) -> None:

@@ -76,3 +76,21 @@ def test_large_numbers_stand_without_a_power_of_ten(deltactl: Deltactl, tmp_path
     (tmp_path / "um.csv").write_text("\n".join(["time,goal_um,laser_um", *rows]) + "\n")
     done = deltactl("inspect", "um.csv")
     assert "e+0" not in done.stdout
+
+
+def test_names_that_take_two_lines_leave_the_answer_on_one_screen(tmp_path: Path) -> None:
+    t_s = 0.01 * np.arange(2000)
+    asked = 0.8 * np.sin(0.7 * t_s) + 0.2 * np.sin(2.3 * t_s)
+    read = np.interp(t_s - 0.03, t_s, asked)
+    columns = {
+        "__time": 1.7e9 + t_s,
+        "/left_arm_controller/state/reference/positions[0]": asked,
+        "/left_arm_controller/state/feedback/positions[0]": read,
+        "/left_arm_controller/state/feedback/velocities[0]": np.gradient(read, t_s),
+        "/left_arm_controller/state/error/positions[0]": asked - read,
+    }
+    rows = np.stack([*columns.values()], axis=1)
+    np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header=",".join(columns), comments="")
+    shown = in_a_window(tmp_path, 80, "inspect", "a.csv")
+    assert len(shown.rstrip("\n").splitlines()) <= LINES
+    assert "positions[0]" in shown

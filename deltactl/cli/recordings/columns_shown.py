@@ -45,7 +45,7 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
     fewest = min(len(seen.guesses), MOST_USED) or FEWEST_COLUMNS
     lines = len(console.render_lines(head)) + len(["", "heading", "more"])
     warnings = _looks(warnings, seen, LINES - lines - fewest - len(closing))
-    taken = lines + len(warnings) + len(closing)
+    taken = lines + len(warnings) + len(closing) + _folded(seen, order[:fewest], narrow)
     room = LINES - taken - fewest
     fewest = max(fewest + min(room, 0), min(fewest, OF_AN_AXIS))
     room = max(room, 0)
@@ -53,9 +53,10 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
     room -= sum(map(bool, (warnings, closing))) if apart else 0
     why = _why(seen, order[:MOST_COLUMNS], narrow)[:room]
     shown = order[: min(fewest + max(room - len(why), 0), max(MOST_COLUMNS, fewest))]
+    most = LINES - lines - len(warnings) - len(closing) - len(why) + len(["heading", "more"])
     console.print(head)
     console.print()
-    console.print(_table(seen, shown, narrow))
+    console.print(_as_high(seen, shown, narrow, most))
     for part in (why, warnings, closing):
         if apart and part and part is not why:
             console.print()
@@ -63,13 +64,36 @@ def print_columns(seen: Inspection, warnings: Sequence[str], closing: Sequence[s
             say(line)
 
 
+def _folded(seen: Inspection, names: Sequence[str], narrow: bool) -> int:
+    """Lines that some columns take beside one each, where names are too long for one line."""
+    around = 1 + (len(names) < len(seen.table))  # the heading, and how many more there are
+    return len(console.render_lines(_table(seen, names, narrow))) - len(names) - around
+
+
+def _as_high(seen: Inspection, names: Sequence[str], narrow: bool, most: int) -> Table:
+    """The table of some columns; long names take several lines of it, so that where it gets higher
+    than so many lines the last columns are left out.
+    """
+    number = len(names)
+    table = _table(seen, names, narrow)
+    while number > OF_AN_AXIS and len(console.render_lines(table)) > most:
+        number -= 1
+        table = _table(seen, names[:number], narrow)
+    return table
+
+
 def _looks(warnings: Sequence[str], seen: Inspection, most: int) -> list[str]:
-    """Lines of warnings; those about columns that are not read only where all have room."""
+    """Lines of warnings; where not all have room without those about columns that are not read, and
+    where these have none either without the unit of the times, which the table shows.
+    """
+    from deltactl.recording.foreign.names import of_role
     from deltactl.recording.foreign.notes import about_any
 
-    shown = [broken(f"look here: {one}") for one in warnings]
-    if sum(map(len, shown)) > most:
-        shown = [broken(f"look here: {one}") for one in about_any(warnings, seen.guesses)]
+    times = of_role(seen.guesses, "t")
+    for columns in (seen.table, seen.guesses, seen.guesses.keys() - {*times}):
+        shown = [broken(f"look here: {one}") for one in about_any(warnings, columns)]
+        if sum(map(len, shown)) <= most:
+            break
     return [line for lines in shown for line in lines]
 
 
@@ -142,6 +166,8 @@ def _unit(seen: Inspection, guess: Guess) -> str:
 
     if seen.asked and guess.name in LONE and guess.unsaid:
         return "UNIT"
+    if seen.asked and guess.name == "velocity" and guess.unsaid:
+        return "UNIT/s"
     unit = f"{guess.unit or ''}{'?' * guess.unit_guessed}"
     if guess.factor is not None:
         return f"? {guess.unit or ''}".rstrip()

@@ -37,7 +37,7 @@ def looked_at(
 
     Raises RecordingError for a table that cannot be read.
     """
-    from deltactl.recording.foreign.arms import as_arm, as_chain, fitted_to
+    from deltactl.recording.foreign.arms import as_arm
     from deltactl.recording.foreign.inspection import inspect
 
     seen = inspect(path, known, robot.motion if isinstance(robot, ServoAxis) else None)
@@ -47,15 +47,27 @@ def looked_at(
         return arm, ""
     if robot is None or seen.own_run or (seen.kind is None and arm is None):
         return seen, ""
-    if isinstance(robot, ChainRobot) and (whole := as_chain(seen, robot.joints)) is not None:
-        return whole, ""
-    if isinstance(robot, ChainRobot) and arm is not None:
-        return fitted_to(arm, robot.joints, robot.rad_per_count)
+    if isinstance(robot, ChainRobot) and (whole := _of_a_chain(seen, arm, robot)) is not None:
+        return whole
     if why := _of_another(seen, robot):
         return seen, why
     if isinstance(robot, ServoAxis) and robot.inertia is None:
         return seen.without_effort, ""
     return seen, ""
+
+
+def _of_a_chain(
+    seen: Inspection, arm: Inspection | None, robot: ChainRobot
+) -> tuple[Inspection, str] | None:
+    """The table as that of a chain, and why it is none of this one; None where it is none of any.
+
+    arm: the table as that of all joints of an arm.
+    """
+    from deltactl.recording.foreign.arms import as_chain, fitted_to
+
+    if (whole := as_chain(seen, robot.joints)) is not None:
+        return whole, ""
+    return None if arm is None else fitted_to(arm, robot.joints, robot.rad_per_count)
 
 
 def of_its_own(

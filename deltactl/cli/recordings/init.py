@@ -189,11 +189,7 @@ def _describe(
     if measure is not None:
         found, columns = _measured(kind, measure, columns, known)
         known = found | known
-    if "name" in keys and "name" not in known:
-        known["name"] = file.stem
-    moved = "recorded" in keys and {INERTIA.key, EFFORT_GAIN.key} & known.keys()
-    if moved and known.get("recorded", "command") == "command":
-        known["recorded"] = "both"  # nothing but an effort needs what moves
+    known = _with_what_follows(keys, file, known)
     asked = _ask if ask and sys.stdin.isatty() else None
     answers = gather(questions, known, asked)
     for line in remarks(questions, known if asked is None else answers, answers):
@@ -204,6 +200,15 @@ def _describe(
         say(f"next: {_diagnosing(file, measure, columns)}")
         if measure is None:
             tell("with the --set options that deltactl inspect RECORDING prints")
+
+
+def _with_what_follows(keys: set[str], file: Path, known: Answers) -> Answers:
+    """What is known, and what that says of other questions. keys: of all questions."""
+    more = {"name": file.stem} if "name" in keys and "name" not in known else {}
+    moved = "recorded" in keys and {INERTIA.key, EFFORT_GAIN.key} & known.keys()
+    if moved and known.get("recorded", "command") == "command":
+        more["recorded"] = "both"  # nothing but an effort needs what moves
+    return known | more
 
 
 def _refuse_all_but(keys: set[str], kind: str, given: Answers) -> None:
@@ -293,8 +298,8 @@ def _diagnosing(file: Path, recording: Path | None, columns: list[str]) -> str:
 COPIED = ("next: ", "then: ", "robot file: ")
 """What such a line begins with is copied from the window, so no line break may get into it."""
 BY_OTHERS = (
-    "for a diagnosis: this robot has no sensors, so record the arm angles (columns theta_1..3) or"
-    " the platform's position (pos_x..z) yourself, beside the steps (steps_1..3)"
+    "for a diagnosis: this robot has no sensors; record the arm angles (columns theta_1..3) or the"
+    " platform's position (pos_x..z) yourself"
 )
 
 
@@ -320,7 +325,8 @@ def _first_job(file: Path, force: bool) -> list[str]:
     lines = [f"job: {job}, {what}", f"next: deltactl check {job}", f"then: deltactl run {job}"]
     if robot.sensors is not None:
         return [*lines, f"then: deltactl diagnose RECORDING --robot {file}"]
-    return [*lines, BY_OTHERS, _homing(unseen_by_none_deg(robot))]
+    homing = [] if robot.left_open() else [_homing(unseen_by_none_deg(robot))]
+    return [*lines, BY_OTHERS, *homing]
 
 
 def _homing(off_deg: int) -> str:

@@ -248,8 +248,8 @@ def _for_the_effort(seen: Inspection) -> list[str]:
 
     mass, force, _ = OF_MOTION[_motion(seen)]
     says = (
-        f"  to use the effort too, add --inertia INERTIA (what moves, {mass})"
-        f" --effort-gain GAIN ({force} for 1 of it, or unknown)"
+        f"  to use the effort too, add --inertia INERTIA ({mass}) --effort-gain GAIN ({force} for 1"
+        " of it, or unknown)"
     )
     if option := next((one for one in seen.options if one.startswith("effort=")), ""):
         says += f", and below --set {shlex.quote(option)}"

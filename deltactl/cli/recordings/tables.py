@@ -53,6 +53,13 @@ def read_plain(
         if (seen := _as_inspected(path, robot, tell)) is not None:
             return seen
         raise wrong
+    return _read_text(path, robot, tell, wrong)
+
+
+def _read_text(
+    path: Path, robot: RobotModel | None, tell: Callable[[str], None], wrong: RecordingError
+) -> FlatRecording:
+    """Read a table of text that is none of ours as it is written; wrong: why it is none."""
     ours = "t" in first_cells(path)
     with needs("diagnosis", "tables of others"):
         from deltactl.recording.foreign.mapping import Mapping

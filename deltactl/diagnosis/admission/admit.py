@@ -26,6 +26,8 @@ from deltactl.diagnosis.observations.servo_preprocessing import reads_disturbanc
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.model import DeltaModel
+from deltactl.diagnosis.plants.delta.plant import DeltaPlant
+from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.forced_axis import ForcedAxis
@@ -50,14 +52,14 @@ from deltactl.recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant
-AnyPlant = LonePlant | ServoDelta | ChainPlant | PosePlant
+AnyPlant = LonePlant | DeltaPlant | ServoDelta | ChainPlant | PosePlant
 Progress = Callable[[str], None]
 P = TypeVar("P")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lone:
-    """What a single axis, a sensor or the joints of a servo delta are compared by."""
+class Machine:
+    """What a machine is compared by."""
 
     plant: AnyPlant
     others: Sequence[AnyPlant] = ()
@@ -69,22 +71,14 @@ class Lone:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Delta:
-    """What a delta is compared by: its sensors, angles or positions against its commands."""
-
-    model: DeltaModel
-    held_out: Sequence[DeltaModel] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class ServoRobot:
     """A servo delta that was looked at from outside too.
 
     torques: why not, where they say nothing.
     """
 
-    outside: Delta
-    torques: Lone | Refusal
+    outside: Machine
+    torques: Machine | Refusal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,9 +94,9 @@ class Admission:
     holdout: Sequence[FlatRecording]
     refusals: tuple[Refusal, ...] = ()
     doubts: tuple[Doubt, ...] = ()
-    machine: Lone | Delta | ServoRobot | None = None
+    machine: Machine | ServoRobot | None = None
 
-    def passed(self) -> Lone | Delta | ServoRobot:
+    def passed(self) -> Machine | ServoRobot:
         """The machine. Raises RefusedRecording with the first refusal, where there is one."""
         if self.machine is None:
             raise self.refusals[0].error()
@@ -137,10 +131,10 @@ def admit(
         refused = _with_what_to_type(error.refusal, robot, every)
         return Admission(robot, recordings, holdout, (refused,))
     doubts = [doubts_of(robot, recording) for recording in recordings]
-    if isinstance(machine, Lone) and isinstance(machine.plant, CommandedAxis):
+    if isinstance(machine, Machine) and isinstance(machine.plant, CommandedAxis):
         doubts.append(axis_match.ahead_of_command(machine.plant, recordings[0].source))
         recordings = machine.plant.recordings
-    if isinstance(machine, Lone) and isinstance(machine.plant, ChainPlant):
+    if isinstance(machine, Machine) and isinstance(machine.plant, ChainPlant):
         doubts.append(chain_columns.gain_measured(robot, machine.plant))
     kept = tuple(doubt for doubt in doubts if doubt is not None)
     return Admission(robot, recordings, holdout, (), kept, machine)
@@ -183,7 +177,7 @@ def _machine(
     recordings: Sequence[FlatRecording],
     holdout: Sequence[FlatRecording],
     progress: Progress,
-) -> Lone | Delta | ServoRobot:
+) -> Machine | ServoRobot:
     """What the pipelines take apart. Raises RefusedRecording."""
     if isinstance(robot, ChainRobot):
         return _chain(robot, recordings, holdout)
@@ -207,7 +201,7 @@ def _delta(
     recordings: Sequence[FlatRecording],
     holdout: Sequence[FlatRecording],
     progress: Progress = lambda _: None,
-) -> Delta:
+) -> Machine:
     model = _model(robot, recordings)
     held_out = [_model(robot, [recording]) for recording in holdout]
     progress("do recording and robot file belong together")
@@ -218,7 +212,8 @@ def _delta(
         check_belongs(other, recording.source)
     if not one:
         check_input(model)
-    return Delta(model, held_out)
+    others = [DeltaPlant(Recorded(one)) for one in held_out]
+    return Machine(DeltaPlant(Recorded(model)), others)
 
 
 def _model(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> DeltaModel:
@@ -230,7 +225,7 @@ def _model(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> DeltaModel
 
 def _servo_robot(
     robot: DeltaRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
-) -> Lone | ServoRobot:
+) -> Machine | ServoRobot:
     """Torques by the disturbances, geometry by the sensors; held-out recordings are used by a part
     that can use all of them.
     """
@@ -240,7 +235,7 @@ def _servo_robot(
     others = [one for one in map(sensor_rounds, holdout) if one is not None]
     outside = _delta(robot, rounds, others)
     if len(others) < len(holdout):
-        outside = Delta(outside.model)
+        outside = Machine(outside.plant)
     try:
         return ServoRobot(outside, _joints(robot, recordings, holdout))
     except RefusedRecording as error:
@@ -249,7 +244,7 @@ def _servo_robot(
 
 def _joints(
     robot: DeltaRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
-) -> Lone:
+) -> Machine:
     """The joints of a servo delta. Raises ConfigError where the robot file has no masses."""
     chain = ServoChain(robot)
 
@@ -260,12 +255,12 @@ def _joints(
         columns.check_disturbances(plant, recordings[0].source)
         return plant
 
-    return Lone(plant(recordings), *_held_out(plant, holdout))
+    return Machine(plant(recordings), *_held_out(plant, holdout))
 
 
 def _chain(
     robot: ChainRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
-) -> Lone:
+) -> Machine:
     """The joints of a chain, in motion or measured from outside.
 
     Raises ConfigError where its model does not hold them.
@@ -296,12 +291,12 @@ def _chain(
         robot = in_motion(recordings).of_measured_gain()
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
-    return Lone(plant(recordings), others, left_out, singles)
+    return Machine(plant(recordings), others, left_out, singles)
 
 
 def _lone(
     robot: LoneRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
-) -> Lone:
+) -> Machine:
     forced = _judged_by_effort(robot, recordings)
 
     def plant(recordings: Sequence[FlatRecording]) -> LonePlant:
@@ -319,7 +314,7 @@ def _lone(
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     if isinstance(whole, ForcedAxis):
         columns.check_clear_motion(whole.variant)
-    return Lone(whole, others, left_out, singles)
+    return Machine(whole, others, left_out, singles)
 
 
 def _judged_by_effort(robot: LoneRobot, recordings: Sequence[FlatRecording]) -> bool:

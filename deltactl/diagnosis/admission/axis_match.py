@@ -14,6 +14,7 @@ import numpy as np
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Doubt, doubt, refusal, refuse
 from deltactl.diagnosis.answer.records import Finding, Fit
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.forced_axis import ForcedAxis
@@ -74,7 +75,7 @@ def lead_s(t_s: FloatArray, commanded: FloatArray, observed: FloatArray) -> floa
     most_s = min(ADMISSION.most_ahead_s, 0.1 * float(np.ptp(t_s)))
     period_s = float(np.median(np.diff(t_s)))
     inside = (t_s > t_s[0] + most_s) & (t_s < t_s[-1] - most_s)
-    if not 0.0 < period_s < most_s or inside.sum() < ADMISSION.fewest_valid:
+    if not 0.0 < period_s < most_s or inside.sum() < OBSERVATIONS.fewest_samples:
         return 0.0
     seen = observed[inside]
 

@@ -10,9 +10,8 @@ class AdmissionOptions:
     """Shares are of how much the readings move unless something else is said."""
 
     # Any recording.
-    fewest_valid: int = 30
     fewest_in_all: int = 90
-    """Valid readings of one channel, and of all together, below which nothing can be learned."""
+    """Valid readings of all channels together below which nothing can be learned."""
     stands_still: float = 1e-4
     """Travel [m or rad] below which nothing moves: a tenth of what a distance sensor resolves."""
     unit_factor: float = 20.0

@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Refusal, refusal, refuse
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.delta.model import ANGLES, MOTOR, POSITIONS, DeltaModel
 from deltactl.foundation.scatter import MAD_TO_SIGMA
@@ -112,7 +113,7 @@ def check_input(model: DeltaModel) -> None:
     if not 1e-4 <= readings.period_s <= 5.0:
         refuse("no_seconds", column="t", period=readings.period_s)
     counts = readings.valid.sum(axis=0)
-    most, of_one, of_all = int(counts.max()), ADMISSION.fewest_valid, ADMISSION.fewest_in_all
+    most, of_one, of_all = int(counts.max()), OBSERVATIONS.fewest_samples, ADMISSION.fewest_in_all
     if most < of_one or counts.sum() < of_all:
         names = ", ".join(readings.names)
         refuse("few_valid", most=most, names=names, of_one=of_one, of_all=of_all)
@@ -123,7 +124,7 @@ def check_input(model: DeltaModel) -> None:
     sizes = np.median(np.abs(predicted), axis=0)
     for column, name in enumerate(readings.names):
         good = readings.valid[:, column]
-        if good.sum() < ADMISSION.fewest_valid:
+        if good.sum() < OBSERVATIONS.fewest_samples:
             continue
         seen, expected = readings.values[good, column], predicted[good, column]
         if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * ADMISSION.stands_still:

@@ -30,12 +30,10 @@ class VerdictOptions:
     beyond_rest: float = 3.0
     """Times the scatter of readings at one place from which on what is left is not called their
     noise: a noise with a memory hardly changes within a stay, and shows less than its size."""
-    goes_on: float = 0.7
-    """Correlation of what is left from one reading to the next from which on it is not called the
-    noise of a sensor: half of its power can then be distinguished from the reading before."""
-    most_of_rest: float = 0.7
-    """Share of the residual's size from which on what effects of the file may leave is half of its
-    power."""
+    half_of_power: float = 0.7
+    """Half of a power, in size: of what is left, from which on it is not called the noise of a
+    sensor where its neighbours tell as much (their correlation), or is what effects of the file
+    leave; and of the noise floor, which readings at one place must show to be its cause."""
     even: float = 0.5
     """Posterior of the empty set below which nobody may say that nothing is missing."""
     sure_enough: float = 0.8
@@ -49,9 +47,6 @@ class VerdictOptions:
     it: four to one, as `sure_enough`."""
     least_seen: float = 1e-9
     """Share of the residual that a test explains at least when it finds more than noise in it."""
-    rounding: float = 1e-9
-    """Rounding of shares and probabilities that are added up: far above what sixteen digits
-    lose."""
     least_steps: float = 1.0
     """A motor loses whole steps; less than one microstep is none."""
 

@@ -44,7 +44,7 @@ def goes_on(fit: Fit) -> bool:
 
     Tests and floor allow for noise with a memory, so that they take it for noise.
     """
-    return (fit.left_correlation or 0.0) >= VERDICT.goes_on
+    return (fit.left_correlation or 0.0) >= VERDICT.half_of_power
 
 
 def too_little(fit: Fit, share: float, found: bool) -> bool:

@@ -40,7 +40,7 @@ def moves_at_rest(fit: Fit) -> bool:
 
 def left_by_file(fit: Fit) -> bool:
     """Whether the remaining error is no more than effects of the robot file leave."""
-    return goes_on(fit) and fit.left_by_known_m > VERDICT.most_of_rest * fit.rms_after_m
+    return goes_on(fit) and fit.left_by_known_m > VERDICT.half_of_power * fit.rms_after_m
 
 
 def once(answer: Diagnosis) -> bool:

@@ -12,7 +12,7 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.assessment.regression_holdout import scaled_covariance
 from deltactl.diagnosis.assessment.significance import charge
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.regression import Regressor, Shown, Size
+from deltactl.diagnosis.plants.regressor import Regressor, Shown, Size
 from deltactl.diagnosis.selection.named_first import Selected
 
 

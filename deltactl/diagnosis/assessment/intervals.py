@@ -15,9 +15,7 @@ STRAIGHT = 1e-5
 """Along so much of a standard deviation every size changes in proportion."""
 
 
-def parameters(
-    term: Term, cov: FloatArray, intervals: dict[str, tuple[float, float]] | None = None
-) -> dict[str, ParameterResult]:
+def parameters(term: Term, cov: FloatArray) -> dict[str, ParameterResult]:
     """All fitted parameters of a term; `cov` belongs to its moved coordinates."""
     candidate = term.candidate
     spread = np.zeros(len(candidate.coordinates))
@@ -30,9 +28,7 @@ def parameters(
             continue
         numbers = [i for i, c in enumerate(candidate.coordinates) if c.parameter == name]
         ci: list[Any] = []
-        if intervals and name in intervals:
-            ci = list(intervals[name])
-        elif np.ndim(value) == 1:
+        if np.ndim(value) == 1:
             half = NORMAL_95 * spread[numbers]
             ci = np.stack([value - half, value + half], axis=1).tolist()
         elif name in ("amplitude", "phase"):

@@ -10,16 +10,12 @@ class AssessmentOptions:
     """Held-out blocks, detection limits, significance and intervals."""
 
     blocks: int = 20
-    """Blocks of time that a recording is cut into,"""
-    every: int = 4
-    """of which each fourth is held out: five places spread over the recording."""
+    """Short stretches of a table sorted by distance, of which the folds take every fifth."""
     folds: int = 5
     """Blocks of a single axis' rows, each held out in turn."""
     moves: float = 2.5
     """Times the variance of its noise from which on a size moves with the block: five blocks tell a
     variance to a factor of two."""
-    power: float = 0.8
-    """Share of such recordings in which an effect at its detection limit raises the alarm."""
     starts: float = 3.0
     """Independent tests that a regressor counts for which was searched at no moment or period."""
     unlikely: float = 0.05

@@ -3,36 +3,31 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
 
-from deltactl.diagnosis.answer.records import AtRest, Channel, Picture
+from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.effective_size import root_mean_square
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 
-class Persistence(NamedTuple):
-    """Correlation of the residual from one reading to the next, and for how long it lasts."""
-
-    correlation: float
-    apart_s: float
-    """Time between those readings."""
-    lasts_s: float
-    """Time after which the correlation is below 1/e."""
-
-
-def persistence(picture: Picture) -> Persistence | None:
-    """Persistence of the channel in which it is strongest; None where readings are too few to
-    tell."""
+def with_persistence(fit: Fit, picture: Picture) -> Fit:
+    """The figures with how long what is left goes on, in the channel in which it does most."""
     found = [one for channel in picture.channels if (one := _of(channel, picture.t_s)) is not None]
-    return max(found, default=None)
+    if not found:
+        return fit
+    correlation, apart_s, lasts_s = max(found)
+    left = {"left_apart_s": apart_s, "left_lasts_s": lasts_s}
+    return fit.model_copy(update={"left_correlation": correlation, **left})
 
 
-def _of(channel: Channel, t_s: FloatArray) -> Persistence | None:
+def _of(channel: Channel, t_s: FloatArray) -> tuple[float, float, float] | None:
+    """Correlation of the residual from one reading to the next, the time between them, and after
+    which it is below 1/e; None where readings are too few to tell.
+    """
     left = channel.observed - channel.after
     valid = np.isfinite(left)
     left, t_s = left[valid], t_s[valid]
@@ -50,7 +45,7 @@ def _of(channel: Channel, t_s: FloatArray) -> Persistence | None:
     lag = 1
     while (now := _correlation(left, stretch, lag)) is not None and now > math.exp(-1.0):
         lag += max(1, lag // 8)
-    return Persistence(first, period_s, lag * period_s)
+    return first, period_s, lag * period_s
 
 
 def _correlation(left: FloatArray, stretch: IntArray, lag: int) -> float | None:

@@ -16,7 +16,8 @@ from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_
 from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.evidence.laplace import Laplace, tolerated
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
-from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Sizes
 from deltactl.diagnosis.plants.spline_terms import carried_over
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
 

@@ -13,7 +13,8 @@ from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.evidence.effective_size import TemperedNoise, spare
 from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.regression import RegressionPlant, Regressor
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Regressor
 from deltactl.diagnosis.priors.options import SIZE_PRIORS
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
 from deltactl.diagnosis.selection.options import CREDIBLE

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
 from deltactl.diagnosis.evidence.options import EVIDENCE
@@ -38,17 +37,17 @@ class ChannelNoise:
         at = np.searchsorted(met, self.rows[:, 0]) - AR_ORDER
         return met, None if len(at) == len(met) - AR_ORDER else at
 
-    def whitened(self, values: FloatArray, axis: int) -> FloatArray:
-        """What is new in samples, in standard deviations, along an axis: from length n to m.
+    def whitened(self, values: FloatArray) -> FloatArray:
+        """What is new in samples, in standard deviations: (n, ...) -> (m, ...).
 
         Neighbours are one slice apart once only what was read is left: taken once, not by lags.
         """
         met, at = self._read
-        read = values.take(met, axis=axis).swapaxes(0, axis)
+        read = values.take(met, axis=0)
         count = len(met) - AR_ORDER
         lags = (read[AR_ORDER - lag : AR_ORDER - lag + count] for lag in range(AR_ORDER + 1))
-        white: FloatArray = self.innovations(lags).swapaxes(0, axis)
-        return white if at is None else white.take(at, axis=axis)
+        white: FloatArray = self.innovations(lags)
+        return white if at is None else white.take(at, axis=0)
 
     def innovations(self, seen: Iterator[Any]) -> Any:
         """What is new in samples, in standard deviations: these first, then those a lag before.
@@ -79,19 +78,10 @@ class Whitener:
             if not x.any():
                 parts.append(np.zeros((len(noise.rows), *x.shape[1:]), dtype=x.dtype))
                 continue
-            parts.append(noise.whitened(x, 0))
+            parts.append(noise.whitened(x))
         joined = np.concatenate(parts)
         weight = self.weight.astype(joined.dtype, copy=False)
         return joined * (weight if joined.ndim == 1 else weight[:, None])
-
-    def each(self, columns: FloatArray) -> FloatArray:
-        """The same for many columns laid out one after another: (k, channels, n) -> (k, m)."""
-        parts = []
-        for column, noise in enumerate(self.channels):
-            parts.append(noise.whitened(columns[:, column], 1))
-        joined: FloatArray = np.concatenate(parts, axis=1)
-        joined *= self.weight.astype(joined.dtype, copy=False)
-        return joined
 
     def at_input(self, change: FloatArray) -> csr_array:
         """From values (n) at a location to what is new in the readings, (m, n).
@@ -122,15 +112,10 @@ class Whitener:
         weight = np.sqrt(np.minimum(1.0, EVIDENCE.huber / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
-    def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
-        """A draw of noise as the channels have it, (rows, channels); 0 where nothing was read."""
-        drawn = np.zeros((rows, len(self.channels)))
-        for column, noise in enumerate(self.channels):
-            seen = np.unique(noise.rows)
-            fresh = noise.sigma * rng.standard_normal(len(seen) + EVIDENCE.warm_up)
-            memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[EVIDENCE.warm_up :]
-        return drawn
+    def louder(self, times: float) -> Whitener:
+        """The same of noise so many times as large."""
+        larger = (replace(x, sigma=times * x.sigma, spread=times * x.spread) for x in self.channels)
+        return Whitener(tuple(larger), self.weight)
 
 
 def history(readings: Readings, valid: Any) -> list[IntArray]:

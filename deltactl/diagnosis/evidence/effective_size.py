@@ -17,6 +17,7 @@ from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from deltactl.diagnosis.evidence.options import EVIDENCE
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
@@ -67,7 +68,7 @@ def root_mean_square(values: FloatArray, weights: FloatArray | None = None) -> f
     return float(np.sqrt(np.average(np.square(values), weights=weights))) if len(values) else 0.0
 
 
-def spare(effective: float, fitted: int) -> float:
+def spare(effective: float, fitted: float) -> float:
     """Independent readings that tell how large the noise is, with so many sizes fitted: sizes that
     a prior holds do not take a whole reading each, so at most a share of all is taken.
     """
@@ -89,8 +90,6 @@ class Rows:
     """Standard deviation of rounding, below which no noise is accepted."""
     once: IntArray | None = None
     """(m,) number of the run of equal values that each row lies in."""
-    usual: FloatArray | None = None
-    """(n,) how large readings like a row's are, where these differ: joints of a chain."""
     unsampled: FloatArray | None = None
     """(n,) standard deviation of what a row owes to the course of the command between samples."""
 
@@ -138,11 +137,7 @@ def _by_kind(read: Rows, left: FloatArray, weight: FloatArray, extra: FloatArray
     for noise in np.unique(noises):
         own = noises == noise
         sigma[own] = float(sigma[own].max())
-    largest = np.full(len(left), float(sigma.max()))
-    if read.usual is not None:  # traces are no larger than what leaves them, nor than their share
-        usual = read.usual[read.rows]
-        largest = np.minimum(largest, float((sigma / usual).max()) * usual)
-    return np.maximum(sigma, EVIDENCE.least_of_largest * largest)
+    return sigma
 
 
 def _apart_from(extra: FloatArray, left: FloatArray, weights: FloatArray) -> float:
@@ -176,9 +171,9 @@ def spike_weights(left: FloatArray, kinds: IntArray) -> FloatArray:
     late it is. What lasts for several readings is signal, however large.
     """
     weight = np.ones(len(left))
-    if len(left) < EVIDENCE.median_over:
+    if len(left) < OBSERVATIONS.neighbours:
         return weight
-    off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
+    off = np.abs(left - median_filter(left, OBSERVATIONS.neighbours, mode="nearest"))
     of_all = _usual(off)
     for kind in np.unique(kinds):
         own = kinds == kind

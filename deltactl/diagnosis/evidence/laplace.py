@@ -21,7 +21,8 @@ from deltactl.diagnosis.evidence.explanation import Explanation, Point, side_by_
 from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.scalar_products import Block, Products, Target, left_of
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Regressor, Size
 
 
 class Laplace:

@@ -17,8 +17,6 @@ class EvidenceOptions:
     """Standard deviations from which on a reading counts less: of normal noise one in eighty."""
     longest_hole: int = 5
     """Samples missing in a row over which the autoregression continues."""
-    warm_up: int = 200
-    """Samples after which a draw has forgotten how it began."""
 
     # The noise of a machine whose effects are fitted together.
     noise_rounds: int = 2
@@ -29,20 +27,6 @@ class EvidenceOptions:
     readings_a_column: int = 4
     """Fewest readings for each direction that is fitted, so that three in four are left to see the
     noise by."""
-    noise_draws: int = 8
-    """Draws by which it is seen what a fit takes: their mean is known to a third of one draw's
-    scatter."""
-    noise_seed: int = 20261121
-    """The same draws each time, so that the same recording has the same answer."""
-    given_back_rounds: int = 6
-    """Most rounds; long recordings need one or two."""
-    settled: float = 0.01
-    """Change of the memory's coefficients below which a further round is not needed."""
-    alternates: float = 3.0
-    """Standard errors by which a negative autocorrelation has to differ from zero."""
-    longest_memory: float = 0.9
-    """Sum of the coefficients up to which autocorrelation is corrected: what remembers more than
-    ten readings is rather a model error that no column follows."""
 
     tolerated: float = 2.0
     """Standard deviations of what is off on any machine as built, beyond which it is a finding:
@@ -52,15 +36,11 @@ class EvidenceOptions:
     tempering_rounds: int = 3
     """The first fit takes the whole model error for noise, each further one what the last fit
     left."""
-    least_noise_share: float = 1e-6
-    """No likelihood is trusted to this share of the model error or less."""
     digits: float = 1e-6
-    """Nor to this share of the readings, of which few tables have more digits."""
+    """No likelihood is trusted to this share of the readings: few tables have more digits."""
     spike_limit: float = 4.0
     """Robust standard deviations off its neighbours from which on a reading counts less. Higher
     than usual for Huber's weights: what a saturated model leaves is not quite noise."""
-    median_over: int = 7
-    """Readings of which the median is a reading's neighbourhood: up to three outliers in a row."""
     spike_share: float = 0.2
     spike_quantile: float = 0.9
     """A robust standard deviation is at least this share of this quantile of all such distances:
@@ -79,9 +59,6 @@ class EvidenceOptions:
     """Times the variance of a residual beyond which it says nothing of the noise."""
     unsampled_rounds: int = 5
     """Until the noise of readings settles beside what the command does between samples."""
-    least_of_largest: float = 0.05
-    """Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
-    traces where the motion ends."""
 
     # What spline terms take out of noise with a memory.
     correlations: tuple[float, ...] = (0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97)

@@ -70,10 +70,9 @@ def _of_residual(
     plant: RegressionPlant, residual: FloatArray, fitted: int = 0, took: FloatArray | None = None
 ) -> TemperedNoise:
     expected, rows, groups = plant.base(frozenset(), {}), plant.rows, plant.groups
-    mismatch = (plant.observed - expected)[rows]
     digits = EVIDENCE.digits * float(np.std((plant.observed + plant.drawn_on)[rows]))
-    least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, digits, 1e-15)
+    least = max(plant.rounding, digits, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
-    kinds, noises, own = plant.kinds, plant.noises, (plant.usual, plant.unsampled)
-    return tempered(residual, Rows(rows, groups, kinds, noises, least, once, *own), fitted, took)
+    read = Rows(rows, groups, plant.kinds, plant.noises, least, once, plant.unsampled)
+    return tempered(residual, read, fitted, took)

@@ -1,7 +1,7 @@
 """The run to do next: a safe job that separates explanations which one recording leaves tied.
 
-In: tied explanations, the noise of the recording, and the runs that the plant offers
-(`plants.next_run`). Out: the run that tells most of them apart, as a job, and what it leaves open.
+In: tied explanations and the noise of the recording. Out: the safe run that tells most of them
+apart, as a job, and what it leaves open.
 """
 
 from deltactl.diagnosis.experiment.propose import Proposal, next_experiment, write_job

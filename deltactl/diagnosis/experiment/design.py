@@ -11,7 +11,7 @@ from deltactl.diagnosis.evidence.autoregression import ChannelNoise, Whitener, h
 from deltactl.diagnosis.experiment.ties import Explanation, Key, Tie
 from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.plants.candidate import Term
-from deltactl.diagnosis.plants.next_run import CandidateRun
+from deltactl.diagnosis.plants.delta.next_runs import DeltaRun
 from deltactl.models.effects import CARDS
 from deltactl.models.effects.kind import MOTORS
 
@@ -42,7 +42,7 @@ EXPERIMENT = ExperimentOptions()
 class Run:
     """One candidate motion as the engine would see it, with the noise of the recording."""
 
-    def __init__(self, candidate: CandidateRun, recorded: Readings, noise: Whitener):
+    def __init__(self, candidate: DeltaRun, recorded: Readings, noise: Whitener):
         self.candidate = candidate
         self.minutes = candidate.minutes
         self.model = candidate.model

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +17,12 @@ from deltactl.diagnosis.evidence.autoregression import Whitener
 from deltactl.diagnosis.evidence.explanation import Explanation as Explained
 from deltactl.diagnosis.experiment.design import EXPERIMENT, Run, both_ways
 from deltactl.diagnosis.experiment.ties import Explanation, Sides, Tie
-from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
+from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
+from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.next_runs import next_runs
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
-from deltactl.diagnosis.plants.next_run import NextRuns
 from deltactl.foundation.plain_file import write_whole
 
 
@@ -95,9 +94,7 @@ def next_run(
         return Proposal(None)
     first = fitted_set(plant, best)
     ties = [Tie.of(first, fitted_set(plant, one)) for one in open_ones[: EXPERIMENT.most_ties]]
-    model = plant.recorded.model
-    runs = partial(next_runs, model, limits)
-    return next_experiment(model.readings, plant.own_noise.whitener, ties, runs)
+    return next_experiment(plant.recorded.model, plant.own_noise.whitener, ties, limits)
 
 
 def fitted_set(plant: DeltaPlant, explanation: Explained) -> Explanation:
@@ -121,20 +118,20 @@ def fitted_set(plant: DeltaPlant, explanation: Explained) -> Explanation:
 
 
 def next_experiment(
-    recorded: Readings, noise: Whitener, ties: Sequence[Tie], next_runs: NextRuns
+    recorded: DeltaModel, noise: Whitener, ties: Sequence[Tie], limits: MotionLimits | None = None
 ) -> Proposal:
     """Design the run that tells the ties apart.
 
-    recorded, noise: of the recording that left them tied. At most a few ties are looked at, the
-    closest first.
+    recorded, noise: of the recording that left them tied. limits: of the machine. At most a few
+    ties are looked at, the closest first.
     """
     ties = sorted(ties, key=lambda tie: tie.delta_chi2)[: EXPERIMENT.most_ties]
     if not ties:
         return Proposal(None)
-    candidates = next_runs(set().union(*(tie.components for tie in ties)))
+    candidates = next_runs(recorded, limits, set().union(*(tie.components for tie in ties)))
     if candidates is None:
         return Proposal(None, [open_tie(tie.names, needs_drive=True) for tie in ties])
-    rated = _rate([Run(candidate, recorded, noise) for candidate in candidates], ties, 1.0, 1)
+    rated = _rate([Run(one, recorded.readings, noise) for one in candidates], ties, 1.0, 1)
     rated.sort(key=_Rated.rank, reverse=True)
     better = _rate([one.run for one in rated[: EXPERIMENT.refined]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)

@@ -10,7 +10,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Term
 
-Key = tuple[str, ...]
+Key = tuple[str, str]
 Sides = tuple[list[str], list[str]]
 """`effect component` of what differs, on either side."""
 

@@ -23,11 +23,6 @@ class Curves:
     slopes: FloatArray
     bends: FloatArray
 
-    def blended(self, weights: FloatArray) -> Curves:
-        """One curve, by the weight (k,) of each."""
-        each = (self.values, self.slopes, self.bends)
-        return Curves(*((one @ weights)[:, None] for one in each))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Between:

@@ -37,8 +37,9 @@ class ObservationOptions:
     """If more readings of a channel than this are outliers, that is the model error and not what a
     sensor does: a delta that rests between moves had 15 to 45 % of them, all while it moved. Of
     readings with noise alone it is 0.2 %."""
-    gross_rows: int = 7
-    """The same before anything is known of the machine: up to three outliers in a row."""
+    neighbours: int = 7
+    """The same before anything is known of the machine, and of what a saturated set leaves: up to
+    three outliers in a row."""
     gross_factor: float = 30.0
     """Times the usual distance from its neighbours at which a reading is grossly off."""
     gross_quantile: float = 0.9
@@ -52,8 +53,8 @@ class ObservationOptions:
     settles_s: float = 0.3
     """From its beginning until a drive is where its commands have it: three lags of a tenth of a
     second, which is a hobby servo's."""
-    begins_moving: float = 0.05
-    """Share of the top speed above which the first step of a stretch is motion."""
+    moving_share: float = 0.05
+    """Share of the top speed above which a step is motion."""
     most_begun: float = 0.3
     """Share of a recording that is not left out for that: a log of short stretches has no more."""
 
@@ -147,8 +148,8 @@ class ObservationOptions:
     at_rest: float = 6.0
     """Standard deviations of the speed within which a joint may rest: friction may then be
     anything up to its size, and the sample says nothing."""
-    slowest_joint: float = 0.01
-    """The same as a share of the highest speed."""
+    slowest_share: float = 0.01
+    """The same as a share of the highest speed, of any machine by its effort."""
     dithered: float = 0.3
     """Encoder counts per time constant of the observer below which each step makes the drive
     twitch: the arm goes to and fro in between, and friction does not brake its whole size."""

@@ -36,10 +36,10 @@ def gross_outliers(values: FloatArray) -> BoolArray:
     """Which readings (n,) differ from their neighbours by more than any motion does."""
     gross = np.zeros(len(values), dtype=bool)
     known = np.flatnonzero(np.isfinite(values))
-    if len(known) < 2 * OBSERVATIONS.gross_rows:
+    if len(known) < 2 * OBSERVATIONS.neighbours:
         return gross
     seen = values[known]
-    off = np.abs(seen - median_filter(seen, OBSERVATIONS.gross_rows, mode="nearest"))
+    off = np.abs(seen - median_filter(seen, OBSERVATIONS.neighbours, mode="nearest"))
     low, high = np.quantile(seen, TRAVEL)
     usual = float(np.quantile(off, OBSERVATIONS.gross_quantile))
     least = max(OBSERVATIONS.gross_factor * usual, OBSERVATIONS.gross_share * float(high - low))
@@ -81,7 +81,7 @@ def begun_in_motion(t_s: FloatArray, commanded: FloatArray, fresh: BoolArray) ->
     speeds = np.abs(np.diff(commanded, axis=0)) / np.maximum(steps_s, 1e-9)[:, None]
     speeds[starts[1:] - 1] = 0.0  # from one stretch to the next nothing moved
     top = np.quantile(speeds, OBSERVATIONS.top_speed_quantile, axis=0)
-    moves = (speeds > OBSERVATIONS.begins_moving * np.maximum(top, 1e-300)).any(axis=1)
+    moves = (speeds > OBSERVATIONS.moving_share * np.maximum(top, 1e-300)).any(axis=1)
     which = np.cumsum(fresh) - 1
     in_motion = np.append(moves, False)[starts][which]
     early = t_s - t_s[starts][which] < OBSERVATIONS.settles_s

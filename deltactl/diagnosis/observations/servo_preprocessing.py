@@ -78,7 +78,7 @@ def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
     observed = _observed(recording, chain, motion)
     drive = chain.drive
     twitching = OBSERVATIONS.dithered * drive.rad_per_count * drive.disturbance_bandwidth_radps
-    share = OBSERVATIONS.slowest_joint * np.abs(motion.speed_radps).max(axis=0)
+    share = OBSERVATIONS.slowest_share * np.abs(motion.speed_radps).max(axis=0)
     still = np.maximum(OBSERVATIONS.at_rest * noise, share)
     slow = np.abs(motion.speed_radps) < np.maximum(still, twitching)
     around, smoothed = (

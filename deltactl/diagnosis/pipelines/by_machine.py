@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from deltactl.diagnosis.admission.admit import Admission, Delta, Lone
+from deltactl.diagnosis.admission.admit import Admission, Machine, ServoRobot
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
 from deltactl.diagnosis.experiment.next_motion import next_motion
@@ -21,7 +21,6 @@ from deltactl.diagnosis.pipelines.regression import NextRun, diagnose_plant
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
 from deltactl.diagnosis.plants.chain.poses import PosePlant
 from deltactl.diagnosis.plants.delta.plant import DeltaPlant
-from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.safe_poses import MotionLimits
 from deltactl.diagnosis.plants.lone.commanded_axis import CommandedAxis
 from deltactl.diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
@@ -44,47 +43,44 @@ def diagnosed(
     limits: for the run that is proposed.
     """
     machine = admission.passed()
-    if isinstance(machine, Delta):
+    if isinstance(machine, ServoRobot):
+        outside = _delta(machine.outside, progress, limits)
+        if not isinstance(machine.torques, Machine):
+            return _alone(outside, machine.torques.says)
+        return joined(_joints(machine.torques, progress), in_words(outside))
+    if isinstance(machine.plant, DeltaPlant):
         return _delta(machine, progress, limits)
-    if isinstance(machine, Lone):
-        if isinstance(machine.plant, ServoDelta):
-            return _joints(machine, progress)
-        if isinstance(machine.plant, ChainPlant):
-            return _chain(machine, progress)
-        if isinstance(machine.plant, PosePlant):
-            return _posed(machine, progress)
-        return _axis(admission, machine, progress)
-    outside = _delta(machine.outside, progress, limits)
-    if not isinstance(machine.torques, Lone):
-        return _alone(outside, machine.torques.says)
-    return joined(_joints(machine.torques, progress), in_words(outside))
+    if isinstance(machine.plant, ServoDelta):
+        return _joints(machine, progress)
+    if isinstance(machine.plant, ChainPlant):
+        return _chain(machine, progress)
+    if isinstance(machine.plant, PosePlant):
+        return _posed(machine, progress)
+    return _axis(admission, machine, progress)
 
 
-def _delta(machine: Delta, progress: Progress, limits: MotionLimits | None) -> Diagnosis:
-    plant = DeltaPlant(Recorded(machine.model))
-    others = [DeltaPlant(Recorded(one)) for one in machine.held_out]
-
+def _delta(machine: Machine, progress: Progress, limits: MotionLimits | None) -> Diagnosis:
     def runs(selected: Selected) -> Proposal:
         near = selected.plant
         assert isinstance(near, DeltaPlant)
         return next_run(near, selected.posterior.explanations, limits)
 
-    return diagnose_plant(plant, others, progress, runs=runs)
+    return _answered(machine, progress, runs)
 
 
 def _answered(
-    machine: Lone, progress: Progress, runs: NextRun = lambda _: Proposal(None)
+    machine: Machine, progress: Progress, runs: NextRun = lambda _: Proposal(None)
 ) -> Diagnosis:
     """The engine's answer, with the recordings that could not be held out."""
     try:
-        answer = diagnose_plant(machine.plant, machine.others, progress, machine.singles, runs)
+        answer = diagnose_plant(machine, progress, runs)
     except OverflowError:
         raise too_large() from None
     left_out = [refusal.says for refusal in machine.left_out]
     return answer.model_copy(update={"not_held_out": left_out})
 
 
-def _axis(admission: Admission, machine: Lone, progress: Progress) -> Diagnosis:
+def _axis(admission: Admission, machine: Machine, progress: Progress) -> Diagnosis:
     """A single axis or a sensor."""
     robot = admission.robot
     assert not isinstance(robot, DeltaRobot | ChainRobot)
@@ -98,7 +94,7 @@ def _axis(admission: Admission, machine: Lone, progress: Progress) -> Diagnosis:
     return in_words(answer, kinds_of(robot, answer), robot.effects)
 
 
-def _joints(machine: Lone, progress: Progress) -> Diagnosis:
+def _joints(machine: Machine, progress: Progress) -> Diagnosis:
     """A servo delta by its disturbance estimates."""
     plant = machine.plant
     assert isinstance(plant, ServoDelta)
@@ -110,7 +106,7 @@ def _joints(machine: Lone, progress: Progress) -> Diagnosis:
     return in_words(pictured, SERVO_EFFECTS)
 
 
-def _chain(machine: Lone, progress: Progress) -> Diagnosis:
+def _chain(machine: Machine, progress: Progress) -> Diagnosis:
     """A chain of joints by its efforts."""
     plant = machine.plant
     assert isinstance(plant, ChainPlant)
@@ -123,7 +119,7 @@ def _chain(machine: Lone, progress: Progress) -> Diagnosis:
     return in_words(answer, kinds, plant.robot.effects)
 
 
-def _posed(machine: Lone, progress: Progress) -> Diagnosis:
+def _posed(machine: Machine, progress: Progress) -> Diagnosis:
     """A chain of joints by places and orientations that were measured from outside."""
     plant = machine.plant
     assert isinstance(plant, PosePlant)

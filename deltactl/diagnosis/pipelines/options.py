@@ -23,15 +23,10 @@ class RegressionOptions:
     one."""
     fewest_stays: int = 20
     """Readings in all rests of an axis beyond their means: they tell the scatter to a sixth."""
-    fewest_in_a_stay: int = 5
-    """Readings in one rest,"""
-    shown_at_rest: float = 0.7
-    """Share of the noise floor by which readings at one place scatter at least where the floor is
-    called their noise: half of its power."""
     same_load: float = 0.01
     """Share of the load's range by which it may change from row to row and be one load."""
     memories_a_stay: float = 3.0
-    """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
+    """Autocorrelation times that a rest lasts at least: noise hardly changes within one."""
 
 
 REGRESSION = RegressionOptions()

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import expit
 
+from deltactl.diagnosis.admission.admit import Machine
 from deltactl.diagnosis.answer.assembly import allowing, as_far_as_rows_tell, assembled
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import (
@@ -18,13 +19,12 @@ from deltactl.diagnosis.answer.records import (
     Finding,
     Fit,
     ParameterResult,
-    Picture,
     Where,
 )
 from deltactl.diagnosis.answer.verdict import ALARM, NAMELESS, Rest, seen
 from deltactl.diagnosis.assessment.detection_limits import detection_limits
 from deltactl.diagnosis.assessment.options import ASSESSMENT
-from deltactl.diagnosis.assessment.persistence import persistence
+from deltactl.diagnosis.assessment.persistence import with_persistence
 from deltactl.diagnosis.assessment.regression_holdout import (
     Blocks,
     beyond_noise,
@@ -57,19 +57,13 @@ from deltactl.models.effects import Search, Trait, found_by, has
 NextRun = Callable[[Selected], Proposal]
 
 
-def diagnose_plant(
-    plant: RegressionPlant,
-    others: Sequence[RegressionPlant],
-    progress: Progress = lambda _: None,
-    singles: Sequence[RegressionPlant] = (),
-    runs: NextRun = lambda _: Proposal(None),
-) -> Diagnosis:
+def diagnose_plant(machine: Machine, progress: Progress, runs: NextRun) -> Diagnosis:
     """Noise, selection and alarm; then the answer, put together in one place.
 
-    others: plants of held-out recordings; without any, blocks of time are left out in turn.
-    singles: each of several recordings by itself, to say whether they agree. runs: designs the
-    next run; without it the words of the effects say what else to record.
+    Without recordings that are held out, blocks of time are left out in turn. runs: designs the
+    next run.
     """
+    plant: RegressionPlant = machine.plant
     searched = (select if plant.own_noise is None else select_near)(plant, progress)
     plant = searched.plant
     charged = charge(plant, searched.noise, searched.empty)
@@ -80,8 +74,8 @@ def diagnose_plant(
     if not _claimed(searched, first_p, blocks):
         nothing = Posterior([searched.empty], [1.0])
         selected, blocks = _widened(replace(searched, posterior=nothing, shift={}))
-    compared = agreement(selected, singles)
-    settled = Settled(plant, searched, selected, blocks, first_p, others, compared, runs)
+    compared = agreement(selected, machine.singles)
+    settled = Settled(plant, searched, selected, blocks, first_p, machine.others, compared, runs)
     return settled.answer(progress)
 
 
@@ -110,7 +104,7 @@ class Settled:
         named = [one for one in found if one.effect != NAMELESS]  # an unknown has no prior size
         return assembled(
             found,
-            _with_persistence(fit, picture),
+            with_persistence(fit, picture),
             self._chance,
             self._rest,
             probability_nothing_missing=self._nothing_missing(found),
@@ -159,14 +153,6 @@ class Settled:
         nothing = float(np.clip(self.selected.nothing, 0.0, 1.0))
         nothing *= 1.0 - max((one.probability or 0.0 for one in self._repeated), default=0.0)
         return nothing if found else calibrated(nothing, self._rest.p)
-
-
-def _with_persistence(fit: Fit, picture: Picture) -> Fit:
-    """The figures with how long what is left goes on."""
-    found = persistence(picture)
-    if found is None:
-        return fit
-    return fit.model_copy(update={f"left_{name}": value for name, value in found._asdict().items()})
 
 
 def _repeated(plant: RegressionPlant, selected: Selected) -> list[Finding]:

@@ -12,6 +12,7 @@ from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from deltactl.diagnosis.answer.verdict import Rest, seen
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
+from deltactl.diagnosis.assessment.options import ASSESSMENT
 from deltactl.diagnosis.assessment.persistence import at_rest
 from deltactl.diagnosis.assessment.regression_holdout import Blocks, as_file_says, on_other_runs
 from deltactl.diagnosis.assessment.significance import chance, charge
@@ -97,7 +98,7 @@ def fit_of(
         unit=selected.plant.unit,
         done_by_known_m=_done_by_known(selected),
         scatter_within_m=within_m,
-        sensor_noise=within_m is not None and within_m > REGRESSION.shown_at_rest * floor_m,
+        sensor_noise=within_m is not None and within_m > VERDICT.half_of_power * floor_m,
         at_rest=_at_rest(selected),
         holdout="run" if others else "blocks",
     )
@@ -153,7 +154,7 @@ def _within(selected: Selected) -> float | None:
         lasting = 0.0
     _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
     if not plant.averages:
-        lasts = counts >= max(lasting, REGRESSION.fewest_in_a_stay)
+        lasts = counts >= max(lasting, ASSESSMENT.fewest_at_rest)
         kept = (stay >= 0) & lasts[place]
         stay, left = stay[kept], left[kept]
         _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
@@ -169,7 +170,7 @@ def _within(selected: Selected) -> float | None:
 def _stands_still(stay: IntArray, read: FloatArray) -> bool:
     """Whether readings (m,) are one and the same in most rests that are no shorter than a few."""
     rests = [read[stay == number] for number in np.unique(stay[stay >= 0])]
-    ranges = [np.ptp(rest) for rest in rests if len(rest) >= REGRESSION.fewest_in_a_stay]
+    ranges = [np.ptp(rest) for rest in rests if len(rest) >= ASSESSMENT.fewest_at_rest]
     return bool(ranges) and float(np.median(ranges)) == 0.0
 
 

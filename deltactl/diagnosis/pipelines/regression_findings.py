@@ -30,7 +30,8 @@ from deltactl.diagnosis.observations.readings import FloatArray, Readings
 from deltactl.diagnosis.pipelines.options import REGRESSION
 from deltactl.diagnosis.pipelines.regression_figures import rms_left
 from deltactl.diagnosis.plants.options import SPLINE_TERMS, UNKNOWN
-from deltactl.diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Equivalent, Regressor, Shown
 from deltactl.diagnosis.selection.named_first import Selected, named_sizes
 from deltactl.diagnosis.selection.options import CREDIBLE, SELECTION
 

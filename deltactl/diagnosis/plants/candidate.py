@@ -23,11 +23,8 @@ class Candidate:
     coordinates: tuple[Coordinate, ...]
     shapes: tuple[Shape, ...]
     fixed: Mapping[str, Any]
-    free: bool = False
-    """A spline term: represents 'unknown'."""
-    depends_on: tuple[str, ...] = ()
     members: tuple[str, ...] = ()
-    """Components that act together, for a group (`groups.py`)."""
+    """Components that act together, for a group (`shared_parameters`)."""
 
     @property
     def effect(self) -> str:
@@ -35,9 +32,9 @@ class Candidate:
         return self.kind.name
 
     @property
-    def key(self) -> tuple[str, ...]:
+    def key(self) -> tuple[str, str]:
         """What tells it from other candidates."""
-        return (self.effect, self.component, *self.depends_on)
+        return (self.effect, self.component)
 
     @property
     def in_group(self) -> set[tuple[str, str]]:

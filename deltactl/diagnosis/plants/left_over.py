@@ -14,7 +14,8 @@ from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.evidence.repeats import Repeats, repeats
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Regressor, Sizes
 from deltactl.diagnosis.plants.spline_terms import less_spanned, spline_over
 
 UNKNOWN = "unknown "

@@ -21,7 +21,7 @@ class SplineTermOptions:
     """Share of a direction's variance from which on it is the named shapes' own: more of it."""
     unknown_log_odds: float = -5.0
     """Log odds of a model error that no named effect makes: one machine in 150 has it, for each
-    covariate."""
+    covariate (and place of a delta)."""
     uneven_map: float = 3.0
     """Times the even share of what repeats that a shape of a map in detail usually has."""
 

@@ -1,7 +1,5 @@
 """Priors: what is assumed before a recording is seen.
 
-In: an effect. Out: what it must gain to be named (`penalties`), what it may leave behind
-(`penalties` too), what every machine may be off by (`tolerances`), and the
-numbers of the search and its penalties (`options`). Spreads and odds are at each `EffectKind`
-(`models/effects`).
+In: an effect. Out: how large it usually is and what it costs (`size_priors`), and what passes for a
+tolerance (`options`). Spreads and odds are at each `EffectKind` (`models/effects`).
 """

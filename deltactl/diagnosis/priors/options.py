@@ -7,7 +7,6 @@ decide has such a table (`options.py` in `observations`, `admission`, `plants`, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 
@@ -15,10 +14,9 @@ from dataclasses import dataclass
 class PenaltyOptions:
     """What an explanation must earn, in chi-square, and what passes for a tolerance."""
 
-    coordinate: float = 4.0
-    """Each coordinate of a candidate, beyond the others: two standard deviations."""
-    event: float = 14.0
-    """A thing that happens once: about what one of a thousand moments costs (2 log 1000 = 13.8)."""
+    event: float = 10.0
+    """A thing that happens once, beyond its size: about what one of a thousand moments costs (2 log
+    1000 = 13.8), less two standard deviations."""
     group: float = 10.0
     """That three arms err alike is less likely than one other cause that looks the same."""
     in_name_only: float = 50.0
@@ -42,18 +40,10 @@ class PenaltyOptions:
 
 @dataclass(frozen=True, slots=True)
 class SizePriorOptions:
-    """The prior of sizes around what is typical of an effect, and how it is integrated."""
+    """The prior of sizes around what is typical of an effect."""
 
-    width: float = math.log(3.0)
-    """Standard deviation of the log of a size: a factor of three either way."""
     known_to: float = 3.0
-    """The factor to which that spread itself is known: answers say what changes within it."""
-    points: int = 41
-    """and points of that quadrature."""
-    directions: int = 48
-    """Directions of a size with several components, over which is averaged."""
-    shows: float = 3.0
-    """Standard deviations of the readings' noise below which a size does not show."""
+    """The factor to which its spread itself is known: answers say what changes within it."""
 
 
 PENALTIES = PenaltyOptions()

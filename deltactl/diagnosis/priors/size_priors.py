@@ -41,19 +41,16 @@ class SizePrior:
         return [i for i in range(len(self.spread)) if i not in self.sizes]
 
 
-def prior_of(candidate: Candidate, factor: float = 1.0) -> SizePrior:
-    """The prior of a candidate's moved coordinates, from its kind's parameters.
-
-    factor: by which sizes are larger and all else is wider than the tables have it.
-    """
+def prior_of(candidate: Candidate) -> SizePrior:
+    """The prior of a candidate's moved coordinates, from its kind's parameters."""
     kind = candidate.kind
     own = {p.name: p for p in kind.parameters}
     moved = [candidate.coordinates[i] for i in candidate.moved]
     sizes = [i for i, c in enumerate(moved) if own[c.parameter].typical and c.how != "log"]
     typical = own[moved[sizes[0]].parameter].typical if sizes else None
-    spread = factor * np.array([own[c.parameter].spread or 1.0 for c in moved])
+    spread = np.array([own[c.parameter].spread or 1.0 for c in moved])
     one_sided = [_one_sided(candidate, moved[i]) for i in sizes]
-    return SizePrior(sizes, factor * (typical or 1.0), one_sided, spread)
+    return SizePrior(sizes, typical or 1.0, one_sided, spread)
 
 
 def _one_sided(candidate: Candidate, coordinate: Coordinate) -> bool:
@@ -68,5 +65,5 @@ def odds_cost(candidate: Candidate) -> float:
     many moments to happen at.
     """
     together = PENALTIES.group if candidate.members else 0.0
-    moment = PENALTIES.event - PENALTIES.coordinate if candidate.kind.event else 0.0
+    moment = PENALTIES.event if candidate.kind.event else 0.0
     return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together + moment

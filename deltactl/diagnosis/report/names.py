@@ -110,8 +110,13 @@ def followed(covariate: str) -> str:
 
 
 def all_followed(covariates: Sequence[str]) -> str:
-    """Several of them."""
-    return listed([followed(name) for name in covariates])
+    """Several of them; three directions or three arms of one quantity are that quantity."""
+    stems = [name[:-1] for name in covariates]
+    whole = {
+        stem: templates().get(f"follows_all.{stem}") for stem in stems if stems.count(stem) == 3
+    }
+    said = [whole.get(stem) or followed(name) for stem, name in zip(stems, covariates, strict=True)]
+    return listed(list(dict.fromkeys(said)))
 
 
 def spelled(name: str) -> str:

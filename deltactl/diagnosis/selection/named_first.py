@@ -19,7 +19,8 @@ from deltactl.diagnosis.evidence.explanation import Explanation
 from deltactl.diagnosis.evidence.laplace import Laplace
 from deltactl.diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from deltactl.diagnosis.observations.readings import FloatArray
-from deltactl.diagnosis.plants.regression import RegressionPlant, Sizes
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Sizes
 from deltactl.diagnosis.progress import Progress
 from deltactl.diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from deltactl.diagnosis.selection.options import SELECTION

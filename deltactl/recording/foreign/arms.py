@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -150,28 +150,47 @@ def fitted_to(
     """
     named = joint_names(seen)
     there = named or [str(n) for n in range(1, len(of_role(seen.guesses, "theta")) + 1)]
-    if missing := [joint for joint in joints if named and joint not in named]:
-        return seen, f"it has no column of joint {missing[0]}, but of {', '.join(named)}"
-    if not named and len(there) != len(joints):
-        return seen, (
-            f"it has columns of {len(there)} joints, and the robot file has {len(joints)}; its"
-            " `joints` are to be those of the columns, in their order"
-        )
+    if why := _why_of_no_chain(named, len(there), joints):
+        return seen, why
     place = {str(there.index(j) + 1): str(n) for n, j in enumerate(joints if named else there, 1)}
+    driven = {f"theta_{n}" for n, rad in enumerate(rad_per_count, 1) if rad is not None}
+    return _in_counts(_renumbered(seen, place), driven), ""
+
+
+def _why_of_no_chain(named: Sequence[str], there: int, joints: Sequence[str]) -> str:
+    """Why a table with columns of so many joints is none of a chain; named: those with names."""
+    if missing := [joint for joint in joints if named and joint not in named]:
+        return f"it has no column of joint {missing[0]}, but of {', '.join(named)}"
+    if named or there == len(joints):
+        return ""
+    return (
+        f"it has columns of {there} joints, and the robot file has {len(joints)}; its `joints` are"
+        " to be those of the columns, in their order"
+    )
+
+
+def _renumbered(seen: Inspection, place: Mapping[str, str]) -> Inspection:
+    """The table with other numbers of its joints, new by old; those without one are left out."""
     guesses = {
         name: replace(one, index=place.get(one.index)) if one.index else one
         for name, one in seen.guesses.items()
         if one.index is None or one.index in place
     }
-    old = {one.name: guesses[name].name for name, one in seen.guesses.items() if name in guesses}
-    columns = {old[name]: one for name, one in seen.mapping.columns.items() if name in old}
-    driven = {f"theta_{n}" for n, rad in enumerate(rad_per_count, 1) if rad is not None}
-    for name in driven & columns.keys():
-        columns[name] = Source.model_validate({"from": columns[name].from_})
+    new = {one.name: guesses[name].name for name, one in seen.guesses.items() if name in guesses}
+    columns = {new[name]: one for name, one in seen.mapping.columns.items() if name in new}
     mapping = seen.mapping.model_copy(update={"columns": columns})
-    counted = [name for name, one in guesses.items() if one.name in driven]
-    warnings = not_about(seen.warnings, counted)
-    return replace(seen, guesses=guesses, mapping=mapping, warnings=warnings), ""
+    return replace(seen, guesses=guesses, mapping=mapping)
+
+
+def _in_counts(seen: Inspection, driven: Collection[str]) -> Inspection:
+    """The table with some columns as the counts that they are, and no doubt of their unit."""
+    columns = {
+        name: Source.model_validate({"from": one.from_}) if name in driven else one
+        for name, one in seen.mapping.columns.items()
+    }
+    counted = [name for name, one in seen.guesses.items() if one.name in driven]
+    mapping = seen.mapping.model_copy(update={"columns": columns})
+    return replace(seen, mapping=mapping, warnings=not_about(seen.warnings, counted))
 
 
 def joint_names(seen: Inspection) -> list[str]:

@@ -191,6 +191,8 @@ def _as_pair(columns: Columns, pair: _Pair) -> dict[str, Guess]:
         says = found[asked].why.removesuffix(f", {EARLIER}")
         follows_it = f"{read} follows it ({alike**2:.0%})"
         why = f"{says}, {follows_it}" if alike**2 >= GUESSES.least_share else says
+    elif _desired(asked, [*columns.of(*LONE), read]):
+        why = f"by its name, {read} follows it ({alike**2:.0%})"
     elif read in found and is_count(table[asked]) and not is_count(table[read]):
         role, index = "steps", "1"
     seen = found[read].why if columns.role(read) == "position" else LIKE.format(asked)

@@ -26,6 +26,7 @@ from deltactl.recording.foreign.names import (
     without_unit,
 )
 from deltactl.recording.foreign.notes import Hint, not_about
+from deltactl.recording.foreign.shapes import repeats
 from deltactl.recording.foreign.units import IN_SI, LONE
 from deltactl.recording.reading.run import FloatArray
 from deltactl.recording.tables.table_format import IN_OPTIONS
@@ -102,13 +103,21 @@ class Inspection:
             return "its times do not increase in every row"
         if column in self.table and not np.isfinite(self.table[column]).any():
             return "holds no numbers"
-        if not pulls(column):
+        if (other := self._in_another_unit(column)) is not None:
+            return f"is {other} once more"
+        if not pulls(column) or self.kind == "delta":
             return KEPT
         outside = may_be_outside(column) and not read_name(column).asked
         there = {guess.name for guess in self.guesses.values()}
         names = [name for name in ("load", "effort")[not outside :] if name not in there]
         example = f"{KEPT}; may be {' or '.join(names)}"
         return f"{example}: --set {names[0]}={without_unit(column)}" if names else KEPT
+
+    def _in_another_unit(self, column: str) -> str | None:
+        """The command or the reading of an axis that a column which is not used repeats."""
+        used = column in self.table and read_name(column).used
+        own = of_role(self.guesses, *LONE) if used else []
+        return next((n for n in own if repeats(self.table[n], self.table[column])), None)
 
     @property
     def options(self) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import replace
@@ -31,6 +32,9 @@ from deltactl.recording.foreign.shapes import (
     correlation,
     counts,
     difference,
+    is_count,
+    of_one_motion,
+    repeats,
     rising,
     same_range,
     starts_again,
@@ -70,7 +74,9 @@ def guess_columns(table: Table, units: Mapping[str, str], named: bool) -> dict[s
     first = Columns(thin, said, _by_name(said))
     for correct in BY_NAME_THEN:
         correct(first)
-    copies = copies_of_others(thin, first.found)
+    again = _once_more(first)
+    first = first.less(again)
+    copies = copies_of_others(thin, first.found) | again
     usable = {n: values for n, values in thin.items() if said[n].used and n not in copies}
     by_numbers = partners if named and first.of(*MOTIONS) else by_values
     further = by_numbers(replace(first, table=usable))
@@ -127,6 +133,43 @@ def _letters(names: list[str]) -> dict[str, str]:
     } | places
 
 
+def _once_more(columns: Columns) -> set[str]:
+    """Columns that hold the motion of another one in another unit, where a third moves alike: the
+    motor's steps beside its command and a scale that reads the axis. Of two, the counts.
+    """
+    table = columns.table
+    motions = [n for n in (*columns.of(*MOTIONS), *columns.free()) if columns.said[n].used]
+    again = set[str]()
+    for one, other in itertools.combinations(dict.fromkeys(motions), 2):
+        motors = {columns.said[name].index for name in (one, other)} - {None}
+        if {one, other} & again or not columns.found.keys() & {one, other} or len(motors) > 1:
+            continue
+        if _repeats(table, one, other) and _third(table, one, other, motions):
+            again.add(one if is_count(table[one]) and not is_count(table[other]) else other)
+    return again
+
+
+def _repeats(table: Table, one: str, other: str) -> bool:
+    """Whether two columns that differ are one motion in two units; in a few rows first."""
+    few = slice(None, None, max(len(table[one]) // GUESSES.compared_first, 1))
+    return all(
+        repeats(table[one][rows], table[other][rows])
+        and not np.array_equal(table[one][rows], table[other][rows], equal_nan=True)
+        for rows in (few, slice(None))
+    )
+
+
+def _third(table: Table, one: str, other: str, motions: Collection[str]) -> bool:
+    """Whether a column moves as two others do and holds something else."""
+    return any(
+        correlation(table[name], table[one]) >= GUESSES.alike
+        and of_one_motion(table[name], table[one])
+        and not any(repeats(table[name], table[n]) for n in (one, other))
+        for name in motions
+        if name not in (one, other)
+    )
+
+
 def _counts_between(columns: Columns) -> None:
     """Counts by which a command and a reading lie apart are no steps: droop pulses."""
     movers = columns.of(*LETTERED)
@@ -157,19 +200,25 @@ def _steps_commanded(columns: Columns) -> None:
 
 def _measured_distance(columns: Columns) -> None:
     """What was measured beside a true distance, and followed no command, is a range."""
-    seen, found = columns.of("position"), columns.found
-    if columns.of("command", "steps", "range") or not columns.of("distance") or len(seen) != 1:
+    seen, far, found = columns.of("position"), columns.of("distance"), columns.found
+    if columns.of("command", "steps", "range") or not far or len(seen) != 1:
+        return
+    if correlation(columns.table[seen[0]], columns.table[far[0]]) < GUESSES.alike:
         return
     why = "by its name, beside a true distance"
     found[seen[0]] = replace(found[seen[0]], role="range", why=why)
 
 
 def _distance_of_an_axis(columns: Columns) -> None:
-    """The only distance beside a command that it goes with is what an axis answered."""
+    """The only distance, or count, beside a command that it goes with is what an axis answered,
+    where nothing else goes with the command.
+    """
     found, table = columns.found, columns.table
     asked = [name for name, guess in found.items() if guess.name == "command"]
-    seen = [name for name, guess in found.items() if guess.name in ("distance", "range")]
+    seen = [n for n, guess in found.items() if guess.name in ("distance", "range", "steps")]
     if len(asked) != 1 or len(seen) != 1 or columns.of("position"):
+        return
+    if any(correlation(table[asked[0]], table[n]) >= GUESSES.alike for n in columns.free()):
         return
     if correlation(table[asked[0]], table[seen[0]]) >= GUESSES.alike:
         why = f"by its name, and it follows {asked[0]}"
@@ -177,11 +226,14 @@ def _distance_of_an_axis(columns: Columns) -> None:
 
 
 def _ranges_that_follow(columns: Columns) -> None:
-    """A distance without a range that goes with it, where other columns move, is no true one."""
+    """A distance that is negative, or has no range that goes with it where other columns move, is
+    no true one.
+    """
     far, table = columns.of("distance"), columns.table
     near = [name for name in table if name not in far and np.nanstd(table[name]) > 0.0]
     for name in far:
-        if not any(abs(correlation(table[name], table[n])) >= GUESSES.alike for n in near):
+        goes = any(abs(correlation(table[name], table[n])) >= GUESSES.alike for n in near)
+        if not goes or np.nanmin(table[name]) < 0.0:
             del columns.found[name]
 
 

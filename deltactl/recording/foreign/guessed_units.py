@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -20,7 +21,7 @@ from deltactl.recording.foreign.motion_units import (
     unit_of_motion,
 )
 from deltactl.recording.foreign.names import BY_NAME, Guess, Taken, by_name, without_unit
-from deltactl.recording.foreign.notes import Note
+from deltactl.recording.foreign.notes import Note, not_about
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, lead, same_range
 from deltactl.recording.foreign.units import (
@@ -42,10 +43,13 @@ RATIOS: tuple[tuple[float, str, str], ...] = (
 """How many of the first unit are one of the second."""
 
 
-def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
+def time_unit(
+    t: FloatArray, late_rows: int = 0, thousandfold: str | None = None
+) -> tuple[str, str]:
     """Unit of a time column without one, and why: whole numbers are ticks of a computer's clock.
 
-    late_rows: by which a reading follows its command; no axis is seconds late.
+    late_rows: by which a reading follows its command; no axis is seconds late. thousandfold: a
+    velocity that is a thousand times the slope of its position by these times.
     """
     step = float(np.median(np.diff(t)))
     whole = bool((t == np.round(t)).all())
@@ -55,6 +59,8 @@ def time_unit(t: FloatArray, late_rows: int = 0) -> tuple[str, str]:
         return ("ns", "steps of some million") if in_ns else ("us", "steps of some thousand")
     if step >= GUESSES.ticks_us and whole:
         return "us", f"whole numbers, {step:g} apart"
+    if step == GUESSES.ticks_ms and whole and thousandfold is not None:
+        return "ms", f"1 apart, as {thousandfold} shows"
     if step == GUESSES.ticks_ms and whole and late_rows > 0:
         return "ms", f"1 apart, and the reading is {late_rows} rows late"
     if (step > GUESSES.ticks_ms and whole) or step > GUESSES.longest_step_s:
@@ -110,9 +116,8 @@ def with_units(
     motion = motion or motion_beside(guesses)
     for name, guess in guesses.items():
         if guess.role == "t" and guess.unit is None:
-            unit, why = time_unit(
-                table[name], _late_rows(guesses, table) if guess.why == "by its name" else 0
-            )
+            late = _late_rows(guesses, table) if guess.why == "by its name" else 0
+            unit, why = time_unit(table[name], late, _thousandfold(guesses, table, name))
             out[name] = replace(guess, unit=unit, unit_guessed=unit != "s")
             if unit != "s":
                 says = f"taken for {unit} ({why}); the file gives no unit"
@@ -121,9 +126,24 @@ def with_units(
         known, warning = unit_of_motion(group, table, motion)
         out |= {guess.source: guess for guess in known}
         warnings += [warning] if warning else []
-    warnings += _pairs(out, table)
+    warnings = [*_counts_by_speed(out, table, warnings), *_pairs(out, table)]
     warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _thousandfold(guesses: Taken, table: Table, time: str) -> str | None:
+    """A velocity that is a thousand times the slope of the position, in the same unit as far as
+    headings say: then the times are in ms.
+    """
+    named = by_name(guesses)
+    speed, place = named.get("velocity"), named.get("position")
+    if speed is None or place is None:
+        return None
+    if speed.unit != (place.unit and f"{place.unit}/s"):
+        return None
+    ratio = slope_ratio(table[time], table[place.source], table[speed.source])
+    thousand = ratio is not None and abs(ratio / 1e3 - 1.0) < GUESSES.near_unit
+    return speed.source if thousand else None
 
 
 def _late_rows(guesses: Taken, table: Table) -> int:
@@ -169,6 +189,34 @@ def _per_second(guess: Guess) -> Guess:
     """A velocity whose heading names the unit of its way: dq_deg is in deg/s."""
     speed = f"{guess.unit}/s"
     return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
+
+
+def _counts_by_speed(guesses: dict[str, Guess], table: Table, warnings: Sequence[str]) -> list[str]:
+    """Warnings in which counts of an encoder have the size that the heading of a speed says."""
+    named = by_name(guesses)
+    speed, place, time = (named.get(name) for name in ("velocity", "position", "t"))
+    counted = [n for n, one in guesses.items() if one.scale == GUESSES.count_rad]
+    if speed is None or place is None or time is None or place.source not in counted:
+        return list(warnings)
+    t_s = table[time.source] * IN_SI[time.unit or "s"]
+    ratio = slope_ratio(t_s, table[place.source], table[speed.source])
+    if ratio is None or speed.unit not in SPEEDS_OF["rad"]:
+        return list(warnings)
+    turn = round_counts(2.0 * np.pi / (abs(ratio) * IN_SI[speed.unit]))
+    size = float(f"{2.0 * np.pi / turn:.4g}")
+    guesses |= {name: replace(guesses[name], scale=size, unit_guessed=False) for name in counted}
+    says = f"taken for encoder counts, {turn:g} a turn, as {speed.source} shows"
+    return [*not_about(warnings, counted), Note.on(counted, says)]
+
+
+def round_counts(measured: float) -> float:
+    """The counts of a turn that were measured, as encoders have them: a power of two, or the number
+    of fewest figures near it.
+    """
+    power = 2.0 ** round(float(np.log2(measured)))
+    figures = (float(f"{measured:.{digits}g}") for digits in range(1, 5))
+    near = (one for one in (power, *figures) if abs(one / measured - 1.0) < GUESSES.near_counts)
+    return next(near, measured)
 
 
 def _of_slope(guesses: dict[str, Guess], table: Table) -> list[str]:
@@ -219,7 +267,7 @@ def _by_ratio(
     if unit is None:
         factor = float(f"{1.0 / ratio:.4g}")
         right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)
-        says = f"{words} in SI units, which is no unit known here; {right} would make it one"
+        says = f"{words}, which fits no known unit; --set {shlex.quote(right)} reads it in SI units"
         return [Note.on([speed.source], says)]
     shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m are not distinguishable
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why

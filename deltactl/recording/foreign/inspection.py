@@ -25,8 +25,20 @@ from deltactl.recording.foreign.guessed_units import (
     unit_noted,
     with_units,
 )
-from deltactl.recording.foreign.joints import of_data_set, of_other_joints, one_joint
-from deltactl.recording.foreign.kinds import from_outside, kind_of, may_be_asked, zero_of
+from deltactl.recording.foreign.joints import (
+    departing_motor,
+    of_data_set,
+    of_other_joints,
+    one_joint,
+)
+from deltactl.recording.foreign.kinds import (
+    HERE,
+    from_outside,
+    kind_of,
+    may_be_asked,
+    second_reading,
+    zero_of,
+)
 from deltactl.recording.foreign.mapping import Mapping, Source
 from deltactl.recording.foreign.motion_units import (
     NO_UNIT,
@@ -45,6 +57,7 @@ from deltactl.recording.foreign.names import (
     of_contract,
     of_role,
     read_name,
+    without_unit,
 )
 from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
@@ -52,7 +65,7 @@ from deltactl.recording.foreign.owners_factors import with_factors
 from deltactl.recording.foreign.reading import against_heading, named_column, unit_of
 from deltactl.recording.foreign.shapes import Table, rising
 from deltactl.recording.foreign.timing import (
-    NO_COLUMN,
+    Stumbling,
     row_number,
     rows_and_times,
     stumbling,
@@ -146,13 +159,7 @@ class _Read:
 
 def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = None) -> Inspection:
     """What columns that are not said seem to be. moves: linear or rotary, where that is known."""
-    if not read.table or not len(next(iter(read.table.values()))):
-        raise RecordingError(f"{read.path}: has no rows")
-    known = {
-        name: one
-        for name, one in read.table.items()
-        if name not in read.base.leave_out and np.isfinite(one).any()
-    }
+    known = _with_numbers(read)
     if not said and (whole := _measured_chain(read, known)) is not None:
         return whole
     guesses, known, warnings = _guessed(read, known, said, moves)
@@ -165,16 +172,41 @@ def _inspected(read: _Read, said: AnyMapping[str, Source], moves: str | None = N
     taken, asked = dict[str, str](), None
     if kind == "servo_axis":
         taken, asked, motion = _of_an_axis(guesses, known, motion, moves)
-        if asked:
-            put = "so put it for UNIT below"
-            warnings.append(Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put))
-        warnings += [*of_load, *may_be_asked(guesses, known)]
+        warnings += [*_asking(asked), *of_load]
+    warnings += _of_the_kind(kind, guesses, known)
     timeless = read.base.rate_hz is not None and "t" not in said
     read, guesses, late, left_out = _timed(read, guesses, known, kind, timeless)
     columns, zero = _as_columns(guesses, said, taken), zero_of(guesses, known)
     mapping = read.base.model_copy(update={"columns": columns})
     found = (read.path, read.facts, read.table, guesses, kind, motion, why, zero, mapping)
     return Inspection(*found, [*warnings, *late], *left_out, named=read.named, asked=asked)
+
+
+def _with_numbers(read: _Read) -> dict[str, FloatArray]:
+    """The columns to look at. Raises RecordingError for a table without rows."""
+    if not read.table or not len(next(iter(read.table.values()))):
+        raise RecordingError(f"{read.path}: has no rows")
+    return {
+        name: one
+        for name, one in read.table.items()
+        if name not in read.base.leave_out and np.isfinite(one).any()
+    }
+
+
+def _asking(asked: Asked | None) -> list[str]:
+    """That somebody has to say the unit of an axis."""
+    if asked is None:
+        return []
+    put = "so put it for UNIT below"
+    return [Hint.of(NO_UNIT, "unit", asked.columns, asked.units, put)]
+
+
+def _of_the_kind(kind: str | None, guesses: Taken, table: Table) -> list[str]:
+    """What else a table of such a machine may be."""
+    if kind == "servo_axis":
+        return [*may_be_asked(guesses, table), *second_reading(guesses, table)]
+    motor = departing_motor(table, guesses) if kind == "delta" else None
+    return [] if motor is None else [Note(_of_three_motors(motor), [motor])]
 
 
 def _far_from_readings(guesses: Taken, table: Table, said: AnyMapping[str, Source]) -> str:
@@ -206,7 +238,8 @@ def _guessed(
     """What columns are taken for, the columns of the joint that is looked at, and warnings."""
     path, table = read.path, read.table
     chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
-    known, others = one_joint(known, chosen) if read.named else (known, [])
+    lone = not said.keys().isdisjoint(LONE)
+    known, others = one_joint(known, chosen, lone) if read.named else (known, [])
     guesses = {
         name: guess
         for name, guess in guess_columns(known, read.units, read.named).items()
@@ -246,25 +279,27 @@ def _timed(
     above = rate_said(read.before) if unsaid else None
     facts, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None, above)
     stumbles = None if timeless else stumbling(guesses, known, read.lines, kind)
-    rate_hz = base.rate_hz
     if stumbles:
         late = stumbles.instead_of(late)
-        rate_hz = stumbles.rate_hz or rate_hz
         guesses = _without_times(guesses) if stumbles.rate_hz else guesses
-    rate_hz = _rate_instead(kind, above, late) or rate_hz
-    if rate_hz != base.rate_hz:
+    if (unsaid or stumbles) and (rate_hz := _rate_instead(kind, above, stumbles)):
         base = base.model_copy(update={"rate_hz": rate_hz})
     left_out = (counter, stumbles.name if stumbles else None)
     return replace(read, base=base, facts=[*read.facts, *facts]), guesses, late, left_out
 
 
 def _rate_instead(
-    kind: str | None, above: tuple[float, str] | None, late: Sequence[str]
+    kind: str | None, above: tuple[float, str] | None, stumbles: Stumbling | None
 ) -> float | None:
-    """Rows a second of a machine without a column of times: as a line above the table says."""
-    if kind is None or above is not None:
-        return above[0] if kind and above else None
-    return GUESSES.rate_hz if NO_COLUMN in late else None
+    """Rows a second of a table without times that can be read; None where none is needed.
+
+    above: what a line above the table says of them, and that line.
+    """
+    if kind is not None and above is not None:
+        return above[0]
+    if stumbles is not None:
+        return stumbles.rate_hz
+    return None if kind in (None, "range_sensor") else GUESSES.rate_hz
 
 
 def _as_columns(
@@ -308,7 +343,16 @@ def _measured_chain(read: _Read, known: Table) -> Inspection | None:
     return Inspection(read.path, facts, read.table, guesses, "chain", None, why, None, read.base)
 
 
-SHOWN_OTHERS = 4
+def _of_three_motors(reading: str) -> str:
+    """Words for three motors that may be joints of another machine; reading: of one of them."""
+    one = shlex.join(["--set", f"position={without_unit(reading)}"])
+    return (
+        "three motors are taken for those of a delta; the joints of another machine are diagnosed"
+        f" one by one: {HERE} {one}"
+    )
+
+
+SHOWN_OTHERS = 3
 
 
 def _of_more_joints(table: Path, others: Sequence[str], chosen: bool) -> str:
@@ -343,11 +387,8 @@ def _which_came_first(guesses: Taken) -> list[str]:
     asked = [guess.source for guess in guesses.values() if guess.why.endswith(EARLIER)]
     if not asked:
         return []
-    are = "it is" if len(asked) == 1 else "they are"
-    says = (
-        f"taken for what was commanded, as {are} {EARLIER} than what moves alike; where it is the"
-        " other way round, exchange the two in the printed command"
-    )
+    are = "the command, as it is" if len(asked) == 1 else "commands, as they are"
+    says = f"taken for {are} {EARLIER}; if it is the reading, exchange the two in the command below"
     return [Note.on(asked, says)]
 
 

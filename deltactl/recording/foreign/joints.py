@@ -12,7 +12,15 @@ import numpy as np
 
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.guess import LETTERED
-from deltactl.recording.foreign.names import MEASURED, SEEN, Taken, is_of_joint, label_of, read_name
+from deltactl.recording.foreign.names import (
+    MEASURED,
+    SEEN,
+    Taken,
+    is_of_joint,
+    label_of,
+    of_role,
+    read_name,
+)
 from deltactl.recording.foreign.options import GUESSES
 from deltactl.recording.foreign.shapes import Table, correlation
 from deltactl.recording.foreign.units import LONE, UNIT_OF
@@ -32,16 +40,18 @@ Group = Mapping[str, str]
 
 
 def one_joint(
-    table: dict[str, FloatArray], chosen: Collection[str]
+    table: dict[str, FloatArray], chosen: Collection[str], lone: bool = False
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """The columns without those of other joints, and the names of these.
 
     chosen: columns that somebody named; their joint is kept, else the one that departs most from
-    its command. Joints numbered one to three are the motors of a delta.
+    its command. Joints numbered one to three are the motors of a delta, unless somebody named one
+    as an axis (lone).
     """
     others: dict[str, None] = {}
     beside = _beside_commands(table)
-    found = [beside] if beside else [_numbered(table), *_labelled(table), *_axes(table)]
+    most = 1 if lone else MOTORS
+    found = [beside] if beside else [_numbered(table, most), *_labelled(table), *_axes(table)]
     sought = {*chosen}
     for groups in found:
         wanted = _wanted(groups, table, sought)
@@ -88,10 +98,7 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
     of them are late by; the first where none does clearly more, or without commands. None where
     none moves: a column of it rests, or is a copy of another.
     """
-    still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
-    for one, other in itertools.combinations(groups, 2):
-        both = one.keys() & other.keys()
-        still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
+    still = _still(groups, table)
     moving = dict.fromkeys(j for group in groups for j in group if j not in still)
     asked = next((group for group in groups if _role(group) == LONE[0]), {})
     read = _read_of(asked, groups)
@@ -102,6 +109,30 @@ def _most_departing(groups: Sequence[Group], table: Table) -> str | None:
     apart = {joint: _departure(*pair, late) for joint, pair in pairs.items()}
     first, most = next(iter(apart)), max(apart, key=lambda joint: apart[joint])
     return most if apart[most] > GUESSES.as_far * apart[first] else first
+
+
+def _still(groups: Sequence[Group], table: Table) -> set[str]:
+    """Joints of which a column rests, or is a copy of another."""
+    still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
+    for one, other in itertools.combinations(groups, 2):
+        both = one.keys() & other.keys()
+        still |= {j for j in both if np.array_equal(table[one[j]], table[other[j]], equal_nan=True)}
+    return still
+
+
+def departing_motor(table: Table, found: Taken) -> str | None:
+    """The reading of the motor of three that departs most from its command; None where there are
+    not three of both, or a platform is seen: then it is a delta.
+    """
+    named = {one.name: one.source for one in found.values()}
+    numbers = [str(n + 1) for n in range(MOTORS)]
+    asked, read = (
+        {n: named[name] for n in numbers if (name := f"{role}_{n}") in named}
+        for role in ("command", "theta")
+    )
+    if len(asked) < MOTORS or len(read) < MOTORS or of_role(found, "pos", "range"):
+        return None
+    return read[_most_departing([asked, read], table) or numbers[0]]
 
 
 def _read_of(asked: Group, groups: Sequence[Group]) -> Group:
@@ -145,19 +176,27 @@ def _moves(values: FloatArray) -> bool:
     return bool(np.nanmax(values) > np.nanmin(values)) if np.isfinite(values).any() else False
 
 
-def _numbered(names: Iterable[str]) -> Sequence[Group]:
-    """Columns numbered beyond three, or commands and readings of two: no delta has either."""
+def _numbered(names: Iterable[str], most: int) -> Sequence[Group]:
+    """Columns of more joints than one machine has, or commands and readings of two: no delta has
+    either.
+    """
+    stems = _by_stem(names)
+    many: list[Group] = [group for group in stems.values() if len(group) > most]
+    two = {stem: group for stem, group in stems.items() if len(group) == 2}
+    found = many or (list(two.values()) if _asked_and_read(two) else [])
+    fewer = [group for group in stems.values() if group not in found]
+    return found + [g for g in fewer if found and _role(g) in ("velocity", "effort")]
+
+
+def _by_stem(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Numbered columns by what is beside the number, and by the number."""
     stems: dict[str, dict[str, str]] = {}
     for name in names:
         if numbered := _NUMBERED.fullmatch(name):
             behind = re.split(r"[\W_]+", numbered[3] or "")  # one of several may slide: J3_cmd_mm
             stem = "_".join([numbered[1], *(one for one in behind if one.lower() not in UNIT_OF)])
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
-    many: list[Group] = [group for group in stems.values() if len(group) > MOTORS]
-    two = {stem: group for stem, group in stems.items() if len(group) == 2}
-    found = many or (list(two.values()) if _asked_and_read(two) else [])
-    fewer = [group for group in stems.values() if group not in found]
-    return found + [g for g in fewer if found and _role(g) in ("velocity", "effort")]
+    return stems
 
 
 def _axes(names: Collection[str]) -> Iterator[Sequence[Group]]:
@@ -196,20 +235,29 @@ def _is_label(word: str) -> bool:
 
 
 def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
-    """Commands and readings of joints that have the same names: action.elbow, state.elbow."""
+    """Commands and readings of joints that have the same names: action.elbow and state.elbow, or
+    elbow.desired and elbow.actual.
+    """
     below: dict[str, dict[str, str]] = {}
     for name in names:
         for dot in re.finditer(r"\.", name):
-            below.setdefault(name[: dot.start()], {})[name[dot.end() :]] = name
+            before, behind = name[: dot.start()], name[dot.end() :]
+            below.setdefault(before, {})[behind] = name
+            below.setdefault(behind, {})[before] = name
     alike: dict[frozenset[str], dict[str, Group]] = {}
     for stem, group in below.items():
         if (
             len(group) > 1
             and not {one.lower() for one in group} <= CARTESIAN
-            and not any(map(str.isdigit, group))
+            and not any(map(_is_number_or_speed, group))
         ):
             alike.setdefault(frozenset(group), {})[stem] = group
     yield from (list(groups.values()) for groups in alike.values() if _asked_and_read(groups))
+
+
+def _is_number_or_speed(label: str) -> bool:
+    """Whether what comes after a dot is no joint's name: a number, or a speed beside a position."""
+    return label.isdigit() or read_name(label).role == "velocity"
 
 
 def _beside_commands(names: Iterable[str]) -> Sequence[Group]:
@@ -234,9 +282,10 @@ def _by_what_asks(names: Iterable[str]) -> dict[str, dict[str, str]]:
         asks = [word for word in words if read_name(word).role == "command"]
         if len(asks) < len(words):
             label = "_".join(word for word in words if word not in asks)
-            own = "".join(word for word in words if word.lower() not in MEASURED)
-            if not asks and name.isalnum() and own and read_name(own).role is None:
-                label = own  # ActualAz, beside TargetAz
+            first, last = (words[end].lower() in MEASURED for end in (0, -1))
+            own = "_".join(words[first : len(words) - last])
+            if not asks and own and read_name(own).role is None:
+                label = own  # ActualAz beside TargetAz, elbow_present beside elbow_goal
             labels.setdefault("_".join(asks), {}).setdefault(label, name)
     return labels
 
@@ -261,7 +310,7 @@ def of_data_set(table: Table) -> tuple[dict[str, str], list[str]]:
     if farthest > NORMALISED:
         return units, [f"the joints go up to {farthest:g}: all of them are taken for degrees"]
     return units, [
-        f"no joint goes beyond {NORMALISED:g} ({farthest:.4g} at most): all are taken for degrees,"
-        " and may as well be LeRobot's normalised values of -100 to 100; then put what one of them"
-        " is in rad as a factor in place of [deg] into the printed command, as *0.02"
+        f"no joint goes beyond {NORMALISED:g} ({farthest:.4g} at most): all are taken for degrees;"
+        " if they are LeRobot's normalised values of -100 to 100, put what one is [rad] in place of"
+        " [deg] into the printed command, as *0.02"
     ]

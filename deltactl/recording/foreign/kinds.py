@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from deltactl.recording.foreign.axis_columns import share_of_both
 from deltactl.recording.foreign.guess import CALIBRATES
 from deltactl.recording.foreign.mapping import as_option
 from deltactl.recording.foreign.names import (
@@ -26,7 +27,7 @@ from deltactl.recording.foreign.names import (
 )
 from deltactl.recording.foreign.notes import Hint, Note
 from deltactl.recording.foreign.options import GUESSES
-from deltactl.recording.foreign.shapes import Table, correlation
+from deltactl.recording.foreign.shapes import Table, concordance, correlation
 from deltactl.recording.foreign.units import IN_SI, LINEAR, LONE, ROTARY
 from deltactl.recording.reading.run import FloatArray
 
@@ -88,6 +89,10 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
             "places of a platform were found, and no angles or steps of its three motors beside"
             f" them; name their columns: {HERE} --set command_1=COLUMN, or steps_1, to 3"
         )
+    error = next((n for n in left if _is_error(n)), None)
+    if error is not None and len(named.keys() & {*LONE}) == 1:
+        (asked,) = (without_unit(named[name].source) for name in LONE if name in named)
+        return _in_place_of_an_error(asked, without_unit(error))
     if "position" in named:
         return _lacking_beside(named["position"].source, left)
     if "range" in named:
@@ -101,6 +106,21 @@ def _lacking(guesses: Taken, left: Sequence[str]) -> str:
     return (
         f"a position or a reading was not found; name its column: {HERE} {asked}; of a distance"
         f" sensor, with {read} --set distance=COLUMN (or --set 'distance=NUMBER[mm]')"
+    )
+
+
+def _is_error(name: str) -> bool:
+    """Whether a name is that of an error or a deviation in a unit of motion."""
+    said = read_name(name)
+    return not said.used and said.unit in (*LINEAR, *ROTARY)
+
+
+def _in_place_of_an_error(asked: str, error: str) -> str:
+    """What is needed in place of by how much each reading is off."""
+    sets = shlex.join(["--set", f"command={asked}", "--set", "position=COLUMN"])
+    return (
+        f"{error} is no reading, but how far one is from {asked}; add a column of readings ({asked}"
+        f" plus {error}), and name it: {HERE} {sets}"
     )
 
 
@@ -177,11 +197,30 @@ def may_be_asked(guesses: Taken, table: Table) -> list[str]:
     return [Note.on([effort.source], MAY_BE_ASKED.format(seen.source, shlex.quote(read)))]
 
 
+def second_reading(guesses: Taken, table: Table) -> list[str]:
+    """A word of a column that moves as the reading of an axis without a command does, such as that
+    of a second encoder.
+    """
+    seen = by_name(guesses).get("position")
+    if seen is None or (ASKED | {"effort"}) & by_name(guesses).keys() != {"effort"}:
+        return []
+    free = (n for n, values in table.items() if n not in guesses and read_name(n).used)
+    alike = {n: concordance(table[n], table[seen.source]) for n in free}
+    other = max(alike, key=lambda name: alike[name], default="")
+    if alike.get(other, 0.0) < GUESSES.one_motion:
+        return []
+    asked, read = map(without_unit, (seen.source, other))
+    sets = shlex.join(["--set", f"command={asked}", "--set", f"position={read}"])
+    says = f"moves as {seen.source} does; to compare the two, {HERE} {sets}"
+    return [Note.on([other], says)]
+
+
 def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[str]]:
     """Guesses in which a torque that no drive gives is a load, and a word of what it was taken for.
 
     guesses: by column. table: columns, name -> (n,).
     """
+    guesses = _of_the_drive(guesses, table)
     named = by_name(guesses)
     effort, seen = named.get("effort"), named.get("position")
     if effort is None or seen is None or "command" not in named or "load" in named:
@@ -195,6 +234,22 @@ def from_outside(guesses: Taken, table: Table) -> tuple[dict[str, Guess], list[s
     instead = "put effort in place of load in the printed command"
     hint = Hint.of(OF_A_LOAD, "name", [effort.source], "effort", instead)
     return {**guesses, effort.source: load}, [hint]
+
+
+def _of_the_drive(guesses: Taken, table: Table) -> Taken:
+    """Guesses in which a load without a unit that goes with the motion is what a drive gives, as
+    servos report theirs; what was taken for that is none.
+    """
+    named = by_name(guesses)
+    load, seen = named.get("load"), named.get("position")
+    if load is None or seen is None or load.unit is not None or load.why != BY_NAME:
+        return guesses
+    share = share_of_both(table[load.source], table[seen.source])
+    if share < GUESSES.least_share:
+        return guesses
+    others = {name: one for name, one in guesses.items() if one.role != "effort"}
+    why = f"by its name; it goes with the motion ({share:.0%})"
+    return {**others, load.source: replace(load, role="effort", why=why)}
 
 
 def _nothing_in_motion(torque: FloatArray, place: FloatArray) -> bool:

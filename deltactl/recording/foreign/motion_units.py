@@ -12,6 +12,7 @@ import numpy as np
 from deltactl.recording.column_measures import travel
 from deltactl.recording.foreign.doubts import (
     ANGULAR,
+    READ,
     RTDE,
     counts_like,
     of_counts,
@@ -59,6 +60,10 @@ OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
 """How LeRobot calls what a joint did and its command, in degrees; where all joints are together,
 below `action`, their values say more."""
 NO_UNIT = "nothing says the unit"
+OF_COUNTS = (
+    "numbers up to {:g}, taken for encoder counts, 4096 a turn; if a turn has others, put"
+    f" what one count is [rad] in place of {GUESSES.count_rad} into the printed command"
+)
 
 
 def of_one_unit(guesses: Taken, table: Table) -> Iterator[list[Guess]]:
@@ -115,17 +120,23 @@ def unit_of_motion(
         return stepped, ""
     if (found := _of_called(group, largest, motion)) is not None:
         return found
-    widest = GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad
-    said_counts = all(_says_counts(one.source, table[one.source]) for one in group)
-    if largest <= widest and not said_counts:
-        return list(group), ""
-    if counts_like(values) or said_counts:
-        says = (
-            f"whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if a turn has"
-            f" others, put what one count is [rad] in place of {GUESSES.count_rad} into the printed"
-            " command"
-        )
-        return _all(group, "rad", GUESSES.count_rad), Note.on(_names(group), says)
+    few = largest <= (GUESSES.one_turn_rad if _is_lone(group) else GUESSES.widest_rad)
+    if _called_counts(group, table) or (counts_like(values) and not few):
+        says = Note.on(_names(group), OF_COUNTS.format(largest))
+        return _all(group, "rad", GUESSES.count_rad), says
+    return (list(group), "") if few else _of_degrees(group, largest, motion)
+
+
+def _called_counts(group: Sequence[Guess], table: Table) -> bool:
+    """Whether what was read is called counts; a command in counts may have decimals."""
+    read = [one for one in group if one.role in READ] or group
+    return all(_says_counts(one.source, table[one.source]) for one in read)
+
+
+def _of_degrees(
+    group: Sequence[Guess], largest: float, motion: str | None
+) -> tuple[list[Guess], str]:
+    """Columns that go further than a turn in rad, and are no counts."""
     says = f"up to {largest:g}, taken for degrees"
     if not _is_lone(group):  # which no machine has in mm
         return _all(group, "deg"), Note.on(_names(group), f"{says}, as all angles of the arms")
@@ -190,7 +201,7 @@ def rather(says: str, other: str, group: Sequence[Guess], unit: str, also: str =
     The one that was read is enough: what was asked for has the same.
     """
     # What a heading says is denied column by column, by a factor.
-    read = next((one for one in group if one.role in ("position", "theta")), group[0])
+    read = next((one for one in group if one.role in READ), group[0])
     said = [(read, None)] if is_open(read) else [(one, 1.0) for one in group]
     words = [
         word
@@ -221,7 +232,7 @@ def _names(group: Sequence[Guess]) -> list[str]:
 
 def _of_steps(group: Sequence[Guess], table: Table) -> list[Guess] | None:
     """The group in the unit that the steps of its readings tell; None where they tell none."""
-    read = [one.source for one in group if one.role in ("position", "theta")]
+    read = [one.source for one in group if one.role in READ]
     told = {name: found for name in read if (found := of_encoder(table[name])) is not None}
     units = {unit for unit, _ in told.values()}
     if len(units) != 1:

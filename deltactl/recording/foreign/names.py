@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from deltactl.recording.foreign.units import (
     CLOCKS,
     LINEAR,
+    LONE,
     LONE_UNITS,
     ROTARY,
     UNIT_APART,
@@ -24,16 +26,16 @@ WORDS: dict[str, str] = {
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
     "qd_ref q_d commanded target_position commanded_position desired_position reference_position "
-    "x_ref pos_ref wanted goto objetivo obiettivo",
+    "x_ref pos_ref wanted goto objetivo obiettivo expected nominal leader gcode",
     "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
     "actual_position measured_position observation laser encoderwert lage messwert gemessen "
     "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star dial caliper "
-    "indicator messuhr",
+    "indicator messuhr dro glass follower",
     "velocity": "velocity vel speed omega dq qd dot rate geschwindigkeit drehzahl vitesse "
     "velocidad velocita present_velocity rpm",
-    "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
+    "effort": "effort torque tq trq current force tau voltage control u i_q iq drehmoment strom "
     "spannung stellgroesse stellsignal moment kraft couple courant corriente corrente motorstrom "
     "cur i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
     "load": "load payload external_force weight",
@@ -66,14 +68,14 @@ _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
-MEASURED = frozenset(
-    ["actual", "measured", "feedback", "fbk", "fb", "present", "act", "meas", "ist"]
+MEASURED = _words(
+    "actual measured estimated estimate feedback fbk fb present act meas ist follower"
 )
 """Words that say that a value was measured, not asked for."""
 TORQUES = _words("torque force effort tau moment drehmoment kraft couple nm")
 """Words of an effort in the unit that moves a mass; a current or a voltage counts as one."""
-QUALIFIES = frozenset(["control"])
-"""Words that are an effort alone, and beside a quantity say that it was asked for."""
+QUALIFIES = frozenset(["control", "ctrl", "input"])
+"""Words that say beside a quantity that it was asked for: control_torque, input_pos."""
 SUPPLY = frozenset(["bus", "supply", "dc", "battery", "versorgung"])
 """Words of what feeds a drive, which says nothing of the motion."""
 SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
@@ -84,8 +86,8 @@ OF_SURROUNDINGS = _words(
 )
 """Words of what moves no axis, whatever else is in the name: temp_setpoint, pressure_actual."""
 OF_NO_USE = _words(
-    "accel acceleration beschleunigung gyro jerk error err ferror fehler schleppfehler deviation"
-    " abweichung duration direction"
+    "accel acceleration beschleunigung gyro jerk error err ferror fehler schleppfehler"
+    " schleppabstand deviation abweichung duration direction mass snr"
 )
 """Words of what is neither asked for nor read, whatever else is in the name: accel_x."""
 OF_JOINTS = _words(
@@ -109,6 +111,8 @@ TOGETHER: tuple[tuple[frozenset[str], str | None], ...] = (
 a measured_distance a range."""
 OUTSIDE = _words("torque force moment drehmoment kraft couple coppia nm n ncm mnm")
 """Words of an effort that may as well pull from outside; a current or a voltage never does."""
+OF_A_DRIVE = _words("motor drive servo actuator antrieb")
+"""Words of what gives an effort, and no weight does."""
 OF_ENCODER = frozenset(["encoder", "enc", "resolver"])
 """Words of what counts the motion that came of a command."""
 ANALOGUE = _words(
@@ -214,12 +218,22 @@ def read_name(name: str, unit_line: str = "") -> Named:
     if _of_no_use(words, role):
         return Named(None, unit, None, used=False)
     role, index, stem = _numbered(words, role)
+    role = _with_unit(role, unit, words)
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
     elif role == "steps" and (MEASURED | OF_ENCODER).intersection(words):
         role = "position"
     asked = "command" in {ROLE_OF.get(word) for word in [*words, *stem]} or _qualified(words)
     return Named(role, unit, index, asked)
+
+
+def _with_unit(role: str | None, unit: str | None, words: Sequence[str]) -> str | None:
+    """The role of a name with a unit: q is a position, and q_A a current; angle_a is none."""
+    if role not in LONE or unit is None or unit in UNITS_OF[role]:
+        return role
+    if any(len(word) > 1 and ROLE_OF.get(word) == role for word in words):
+        return role
+    return next((other for other in ("effort", "velocity") if unit in UNITS_OF[other]), role)
 
 
 def _words_of(name: str) -> list[str]:
@@ -244,7 +258,8 @@ def _numbered(words: list[str], role: str | None) -> tuple[str | None, str | Non
     whole, index = "_".join(words), None
     stem, number = list[str](), None
     if (numbered := _NUMBERED.match(whole)) and numbered[1]:
-        stem, number = numbered[1].split("_"), numbered[2]
+        parts = (_parts(word) for word in numbered[1].split("_"))
+        stem, number = list(itertools.chain.from_iterable(parts)), numbered[2]
     elif whole not in ROLE_OF and (inside := _NUMBERED_INSIDE.match(whole)):
         after = inside[3].split("_")
         stem, number = [*inside[1].split("_"), *after], inside[2]
@@ -279,8 +294,9 @@ def _parts(word: str) -> list[str]:
     known = ROLE_OF.keys() | SEEN | OF_A_PART
     if word in known:
         return [word]
-    if word.endswith("s") and word[:-1] in known:  # commands, positions
-        return [word[:-1]]
+    for ending, one in (("s", ""), ("ies", "y")):  # commands, velocities
+        if word.endswith(ending) and (single := word.removesuffix(ending) + one) in known:
+            return [single]
     for at in range(_SHORTEST, len(word) - _SHORTEST + 1):
         if word[:at] in known and word[at:] in known and ROLE_OF.keys() & {word[:at], word[at:]}:
             return [word[:at], word[at:]]
@@ -327,8 +343,9 @@ def pulls(name: str) -> bool:
 
 
 def may_be_outside(name: str) -> bool:
-    """Whether a name says torque or force, which a drive gives and a weight does too."""
-    return not OUTSIDE.isdisjoint(in_words(name))
+    """Whether a name says torque or force, as of a weight, and not that a drive gives it."""
+    words = in_words(name)
+    return not OUTSIDE.isdisjoint(words) and OF_A_DRIVE.isdisjoint(words)
 
 
 def is_analogue(name: str) -> bool:
@@ -345,6 +362,17 @@ def in_words(name: str) -> list[str]:
 def label_of(name: str) -> set[str]:
     """The words of a name that say neither a quantity nor how it came about: a joint's own."""
     return {w for one in in_words(without_unit(name)) for w in _parts(one)} - _SAY_WHAT
+
+
+def _with_roles(words: list[str]) -> list[str]:
+    """The words that have a role, in a name of several."""
+    if _qualified(words):
+        words = ["command" if word in QUALIFIES else word for word in words]
+    known = [word for word in words if word in ROLE_OF]
+    quantities = {word for word in known if len(word) > 1} - MEASURED - {IS_PRESENT}
+    if IS_PRESENT in known[:-1] and quantities:
+        known.remove(IS_PRESENT)  # x_current_feedback is a current
+    return known
 
 
 def _qualified(words: list[str]) -> bool:
@@ -364,12 +392,7 @@ def _role(words: list[str]) -> str | None:
     whole = "_".join(words)
     if whole in ROLE_OF:
         return ROLE_OF[whole]
-    known = [word for word in words if word in ROLE_OF]
-    quantities = {word for word in known if len(word) > 1} - MEASURED - {IS_PRESENT}
-    if IS_PRESENT in known[:-1] and quantities:
-        known.remove(IS_PRESENT)  # x_current_feedback is a current
-    if _qualified(known):
-        known = ["command" if word in QUALIFIES else word for word in known]
+    known = _with_roles(words)
     found = [ROLE_OF[word] for word in reversed(known)]
     there = {*found} | ({OF_A_SERVO} & {*words})
     said = (role for together, role in TOGETHER if together <= there)

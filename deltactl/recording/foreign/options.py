@@ -21,6 +21,9 @@ class GuessOptions:
     """Rows that two columns must both hold to be compared."""
     alike: float = 0.8
     """Correlation from which two columns are one motion, asked for and seen."""
+    one_motion: float = 0.99
+    """Concordance from which two columns are readings of one motion: two joints that move in step
+    are rarely so near."""
     as_far: float = 2.0
     """Times by which two columns without names that are one motion differ in travel at most: a
     reading that lags or overshoots more is rarer than a second joint."""
@@ -73,6 +76,8 @@ class GuessOptions:
     """Correlation with the position from which what is called an effort may be its command,"""
     asked_as_far: float = 1.5
     """where the travel of neither is more than so many times that of the other."""
+    compared_first: int = 200
+    """Rows, spread over all, by which most pairs of columns are found to differ."""
     few_columns: int = 8
     """Columns up to which it is looked for: all triples are compared."""
 
@@ -101,6 +106,9 @@ class GuessOptions:
     turn."""
     count_rad: float = 0.001534
     """One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
+    near_counts: float = 0.01
+    """Share by which the counts of a turn by a speed may differ from the round number that they
+    are: 2000 and 2048 differ by 2.4 %."""
     one_turn_rad: float = 6.2832
     """Travel of an axis without a unit: more is degrees or mm more often than rad or m."""
     pulses_us: tuple[float, float] = (400.0, 2600.0)

@@ -165,11 +165,17 @@ def _read_as(name: str, table: Table, asked: Guess | None) -> str | None:
     if asked.factor is OF_PULSES and positive:
         other = is_of_joint(name) or COUNTED.intersection(in_words(name))
         return None if other else COUNTS
-    if asked.unit not in IN_SI or asked.factor is not None:
-        return None
-    ratio = travel(values) / max(travel(table[asked.source]), 1e-300)
+    ticks = (
+        asked.unit in IN_SI and asked.factor is None and _other_unit(values, table[asked.source])
+    )
+    return TICKS if ticks else None
+
+
+def _other_unit(values: FloatArray, asked: FloatArray) -> bool:
+    """Whether a reading goes further than its command, and not by a factor between units."""
+    ratio = travel(values) / max(travel(asked), 1e-300)
     in_a_unit = any(abs(ratio / one - 1.0) < GUESSES.near_unit for one in UNIT_FACTORS)
-    return None if in_a_unit or ratio < GUESSES.other_unit else TICKS
+    return ratio >= GUESSES.other_unit and not in_a_unit
 
 
 def _of_reading(seen: Guess, what: str, asked: Guess | None, table: Table) -> Guess:

@@ -56,6 +56,35 @@ def copies_of_others(table: Table, known: Collection[str]) -> set[str]:
     return copies
 
 
+def repeats(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two columns are one motion in two units, to the last digit of the coarser one."""
+    if abs(correlation(one, other)) < GUESSES.alike:
+        return False
+    known = np.isfinite(one) & np.isfinite(other)
+    a, b = one[known], other[known]
+    per_one = float(np.polyfit(a, b, 1)[0])
+    left = b - b.mean() - per_one * (a - a.mean())
+    step = max(_least_step(b), abs(per_one) * _least_step(a))
+    return bool(np.max(np.abs(left)) <= step)
+
+
+def _least_step(values: FloatArray) -> float:
+    """The smallest distance between two different readings of a column."""
+    alike = GUESSES.same_reading * float(np.ptp(values))
+    apart = np.diff(np.unique(values))
+    return float(np.min(apart[apart > alike]))
+
+
+def concordance(one: FloatArray, other: FloatArray) -> float:
+    """How nearly two columns hold the same numbers, 0 to 1 (Lin 1989)."""
+    known = np.isfinite(one) & np.isfinite(other)
+    a, b = one[known], other[known]
+    if len(a) < GUESSES.fewest_in_common:
+        return 0.0
+    wide = float(np.var(a) + np.var(b) + (a.mean() - b.mean()) ** 2)
+    return max(2.0 * float(np.mean((a - a.mean()) * (b - b.mean()))) / max(wide, 1e-300), 0.0)
+
+
 def unevenness(values: FloatArray) -> float:
     steps = np.diff(values)
     return float(np.std(steps) / np.mean(steps))
@@ -184,13 +213,19 @@ def pairs_alike(table: Table, names: list[str]) -> Iterator[tuple[str, str]]:
     """Columns two by two that move alike, what was asked for first; each column once.
 
     They go as far, or one is another unit of the other, and among many columns they share their
-    range: joints of an arm move alike as well.
+    range: joints of an arm move alike as well. Those that hold the same numbers come first: an
+    effort may go with a command more closely than a late reading does.
     """
-    both = itertools.combinations(names, 2)
-    alike = sorted(((correlation(table[a], table[b]), a, b) for a, b in both), reverse=True)
+    alike = sorted(
+        (
+            (_agreement(table[a], table[b]), correlation(table[a], table[b]), a, b)
+            for a, b in itertools.combinations(names, 2)
+        ),
+        reverse=True,
+    )
     used: set[str] = set()
     pairs = []
-    for likeness, a, b in alike:
+    for _, likeness, a, b in alike:
         if likeness < GUESSES.alike or a in used or b in used:
             continue
         apart = len(table) > GUESSES.few_columns and not same_range(table[a], table[b])
@@ -200,6 +235,15 @@ def pairs_alike(table: Table, names: list[str]) -> Iterator[tuple[str, str]]:
         pairs.append((a, b) if asks(table[a], table[b]) else (b, a))
     order = {name: place for place, name in enumerate(names)}
     yield from sorted(pairs, key=lambda pair: order[pair[0]])
+
+
+def _agreement(one: FloatArray, other: FloatArray) -> float:
+    """Powers of ten of what two columns hold in common over what they do not, 0 where that is
+    less than of one motion.
+    """
+    same = concordance(one, other)
+    agrees = -float(np.log10(max(1.0 - same, 1e-9))) if same >= GUESSES.alike else 0.0
+    return min(agrees, GUESSES.surest_fit)
 
 
 def of_one_motion(one: FloatArray, other: FloatArray) -> bool:

@@ -25,6 +25,7 @@ from deltactl.recording.tables.cells import (
 from deltactl.recording.tables.flat import GAP_PERIODS
 
 Facts = list[tuple[str, str]]
+NO_TIMES_OF_POSES = "without times, which poses at rest do not need"
 NO_TIMES = (
     "no column increases all the way, so that none is the time; where the rows are evenly spaced,"
     " say how many come a second: --set rate_hz=RATE"
@@ -55,26 +56,37 @@ def rows_and_times(
     noted: what a line above the table says of them, and that line.
     """
     rows = len(next(iter(table.values())))
-    time = _time_of(guesses)
-    if rate_hz is not None:
-        return [("rows", f"{rows}, {rate_hz:g} a second, as you say")], []
-    if time is None and noted is not None:
-        return [("rows", f"{rows}, {noted[0]:g} a second, as '{noted[1]}' says")], []
-    if time is None and kind == "range_sensor":
-        return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
-    if time is None:
-        return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
+    time, poses = _time_of(guesses), any(one.why.endswith(CALIBRATES) for one in guesses.values())
+    if time is None or rate_hz is not None:
+        said = (rate_hz, "as you say") if rate_hz is not None else None
+        said = said or (noted and (noted[0], f"as '{noted[1]}' says"))
+        return _without_a_clock(rows, kind, said, poses)
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
     parts = next((table[name] for name in of_role(guesses, "segment")), None)
     if parts is not None:  # times may start again with each
         step_s = step_s[(step_s > 0.0) | (np.diff(parts) == 0.0)]
     counter = row_number(guesses, table)
-    if counter and any(one.why.endswith(CALIBRATES) for one in guesses.values()):
-        return [("rows", f"{rows}, without times, which poses at rest do not need")], []
+    if counter and poses:
+        return [("rows", f"{rows}, {NO_TIMES_OF_POSES}")], []
     doubts = _doubts(time.source, step_s, counter)
     if kind != "range_sensor" and time.unit == "s" and time.why != "as you say":
         doubts += _slow(time.source, step_s)
     return _facts(rows, step_s), doubts
+
+
+def _without_a_clock(
+    rows: int, kind: str | None, said: tuple[float, str] | None, poses: bool
+) -> tuple[Facts, list[str]]:
+    """The same of a table whose times are not read; said: how many rows come a second, and who
+    says so. poses: they were measured at rest.
+    """
+    if said is not None:
+        return [("rows", f"{rows}, {said[0]:g} a second, {said[1]}")], []
+    if kind == "range_sensor":
+        return [("rows", f"{rows}, without times, which a distance sensor does not need")], []
+    if poses:
+        return [("rows", f"{rows}, {NO_TIMES_OF_POSES}")], []
+    return [("rows", str(rows))], [NO_TIMES if kind is None else NO_COLUMN]
 
 
 def _time_of(guesses: Taken) -> Guess | None:

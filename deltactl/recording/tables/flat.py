@@ -180,6 +180,19 @@ def from_columns(
         raise RecordingError(f"{source}: has no column 't'; it has {_listed(named)}")
     if len(named) > MOST_COLUMNS:
         raise RecordingError(f"{source}: has {len(named)} columns, at most {MOST_COLUMNS} are read")
+    known = _of_contract(named, source)
+    t_s = known.pop("t")
+    where = _Where(source, lines)
+    if not len(t_s):
+        raise RecordingError(f"{source}: has a heading but no rows")
+    _check_time(t_s, where)
+    _check_finite(known, where)
+    extra = {name: values for name, values in named.items() if name not in UNITS}
+    return FlatRecording(t_s, known, extra, source, timed=not counted)
+
+
+def _of_contract(named: Mapping[str, AnyArray], source: str) -> dict[str, FloatArray]:
+    """The columns of the contract. Raises RecordingError where there is none beside the times."""
     known = {
         name: _numbers(values, name, source) for name, values in named.items() if name in UNITS
     }
@@ -190,14 +203,7 @@ def from_columns(
             "is one that the program knows (steps_1, range_x, position, ...; all of them are in"
             " docs/reference/columns.md)"
         ).with_typed(f"; type: deltactl inspect {source}")
-    t_s = known.pop("t")
-    where = _Where(source, lines)
-    if not len(t_s):
-        raise RecordingError(f"{source}: has a heading but no rows")
-    _check_time(t_s, where)
-    _check_finite(known, where)
-    extra = {name: values for name, values in named.items() if name not in UNITS}
-    return FlatRecording(t_s, known, extra, source, timed=not counted)
+    return known
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -78,19 +78,18 @@ def read_table(
             raise RecordingError(f"{path}: has no line {skip_lines + 1} with a heading")
         heading = split(lines[0], separator)
         lines, skip_lines = lines[1:], skip_lines + 1
-    rows = [
-        (n, text, split(text, separator))
-        for n, text in enumerate(lines, skip_lines + 1)
-        if text.strip()
-    ]
-    rows, left_out = without_remarks(rows, len(heading), decimal)
+    rows, left_out = without_remarks(
+        [
+            (n, text, split(text, separator))
+            for n, text in enumerate(lines, skip_lines + 1)
+            if text.strip()
+        ],
+        len(heading),
+        decimal,
+    )
     if left_out:
         tell(f"is read {left_out}")
-    if not rows:
-        raise RecordingError(f"{path}: has a heading but no rows")
-    for line, _, parts in rows:
-        if len(parts) != len(heading):
-            raise wrong_count(path, line, len(parts), len(heading))
+    _refuse_other_widths(path, rows, len(heading))
     for said in text_among_numbers(heading, rows, decimal):
         tell(said)
     columns = list(zip(*(parts for _, _, parts in rows), strict=True))
@@ -137,6 +136,15 @@ def _blocks(body: str) -> Iterator[str]:
         end = len(body) if end < 0 else end
         yield body[begin:end]
         begin = end + 1
+
+
+def _refuse_other_widths(path: Path, rows: Sequence[Row], width: int) -> None:
+    """Raise RecordingError for a table without rows, or with a row of more or fewer cells."""
+    if not rows:
+        raise RecordingError(f"{path}: has a heading but no rows")
+    for line, _, parts in rows:
+        if len(parts) != width:
+            raise wrong_count(path, line, len(parts), width)
 
 
 def _refuse_commas(

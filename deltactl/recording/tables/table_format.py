@@ -39,6 +39,10 @@ _STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
 """What a serial monitor puts before each line."""
 _LABELLED = re.compile(r"([A-Za-z_][\w .]*?)\s*:\s*([-+]?[.\d]\S*)")
 """What a serial plotter takes: each value with its name before it, Setpoint:12.5."""
+_NUMBERED_NAME = re.compile(
+    r"(?i)[#%;/\s]*(?:name|col|column|channel|ch|field|signal)[ _]*(\d+)\s*[:=]\s*(\S.*?)\s*"
+)
+"""What lists the columns above a table, as in # NAME0 = Target Position of axis 1."""
 _WORD = re.compile(r"(?<!\S)[^\W\d_]{2,}(?=[\s.,:;!?]|$)")
 _PROSE = 3
 """Words to a line from which on a file is one of sentences."""
@@ -234,17 +238,31 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
         before = tuple(filter(str.strip, lines[:first]))
         return TableFormat(separator, decimal, first, keyed[0], True, keyed[1], None, plain, before)
     above, units = _above(lines[:first], separator, width)
-    heading, names = None, _labels(lines[first], separator)
+    names, heading = _labels(lines[first], separator) or _listed(lines[:first], width), None
     if above and not names:
-        last = above[-1]
-        names = tuple(_words(lines[last], separator))
-        if last + 1 == first and lines[last].lstrip()[:1] not in "#%":
-            heading = last  # else something is between: the reader must be given the names
+        names, heading = _of_a_line(lines[:first], above[-1], separator)
     numbers = tuple(f"column_{n + 1}" for n in range(width))
     before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
     return TableFormat(
         separator, decimal, first, names or numbers, bool(names), units, heading, plain, before
     )
+
+
+def _of_a_line(lines: list[str], n: int, separator: str) -> tuple[tuple[str, ...], int | None]:
+    """The names in line n, and n where it is a heading just above the numbers; else something is
+    between, and the reader must be given the names.
+    """
+    is_heading = n + 1 == len(lines) and lines[n].lstrip()[:1] not in "#%"
+    return tuple(_words(lines[n], separator)), n if is_heading else None
+
+
+def _listed(lines: list[str], width: int) -> tuple[str, ...]:
+    """The names of columns that lines above them list by numbers, each in a line of its own."""
+    found = [listed for line in lines if (listed := _NUMBERED_NAME.fullmatch(line))]
+    names = {int(listed[1]): listed[2] for listed in found}
+    one_by_one = len(names) == width and max(names) - min(names) == width - 1
+    distinct = len({*names.values()}) == width
+    return tuple(names[n] for n in sorted(names)) if one_by_one and distinct else ()
 
 
 def _keyed(
@@ -253,11 +271,7 @@ def _keyed(
     """Names and units of columns of which every second has the times of the next, where the lines
     above them repeat a key before each value, as in exports of TwinCAT Scope; else None.
     """
-    keys: dict[str, list[str]] = {}
-    for line in lines:
-        cells = _words(line, separator)
-        if len(cells) == width > 2 and width % 2 == 0 and len({*cells[::2]}) == 1:
-            keys.setdefault(cells[0], cells[1::2])
+    keys = _values_by_key([_words(line, separator) for line in lines], width)
     if len(keys) < 2:
         return None
     stamp = next((found[1] for key in keys if (found := _STAMP_UNIT.search(key))), "")
@@ -265,11 +279,20 @@ def _keyed(
     parts = [cell.split() for cell in given]
     units = [part[0] if part and UNIT_CELL.fullmatch(part[0]) else "" for part in parts]
     names = next(iter(keys.values()))
-    times = ["time", *(f"time of {name}" for name in names[1:])]
+    times = ["time", *(f"time {n}" for n in range(2, len(names) + 1))]
     return (
         tuple(itertools.chain.from_iterable(zip(times, names, strict=True))),
         tuple(one for unit in units[: len(names)] for one in (stamp, unit)),
     )
+
+
+def _values_by_key(lines: list[list[str]], width: int) -> dict[str, list[str]]:
+    """The values of lines that repeat one key before each, by the key."""
+    keys: dict[str, list[str]] = {}
+    for cells in lines:
+        if len(cells) == width > 2 and width % 2 == 0 and len({*cells[::2]}) == 1:
+            keys.setdefault(cells[0], cells[1::2])
+    return keys
 
 
 def _above(lines: list[str], separator: str, width: int) -> tuple[list[int], tuple[str, ...]]:

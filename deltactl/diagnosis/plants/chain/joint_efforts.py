@@ -18,7 +18,7 @@ from deltactl.diagnosis.plants.left_over import LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.force_shapes import SlowFriction
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, SERVO_JOINTS
-from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.plants.regressor import Columns
 from deltactl.models.effects.chain_joints import JOINT_EFFECTS
 from deltactl.models.effects.joint_friction import FRICTION_OFF, OF_LOAD, YIELDING, YIELDS_OVER
 from deltactl.models.effects.payload import OF_MASS, OFF_OF_REACH

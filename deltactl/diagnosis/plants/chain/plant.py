@@ -22,7 +22,7 @@ from deltactl.diagnosis.plants.left_over import UNKNOWN
 from deltactl.diagnosis.plants.lone.clear_motion import clocks_apart_s
 from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import Columns, Draws, Regressor, Shown, Sizes, instead
+from deltactl.diagnosis.plants.regressor import Columns, Draws, Regressor, Shown, Sizes, instead
 from deltactl.models.effects.chain_joints import (
     JOINT_EFFECTS,
     LOAD,

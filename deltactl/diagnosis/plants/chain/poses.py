@@ -25,15 +25,8 @@ from deltactl.diagnosis.plants.chain.pose_shapes import (
     PoseShapes,
 )
 from deltactl.diagnosis.plants.options import SPLINE_TERMS
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-    Draws,
-    RegressionPlant,
-    Regressor,
-    Shown,
-    Sizes,
-    instead,
-)
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Draws, Regressor, Shown, Sizes, instead
 from deltactl.models.effects.chain_poses import LATE, POSE_EFFECTS
 from deltactl.models.effects.link_geometry import OFF
 from deltactl.models.effects.lone_axis import LINEAR_UNIT

@@ -37,10 +37,7 @@ from deltactl.diagnosis.plants.delta.point import (
 )
 from deltactl.diagnosis.plants.delta.what_it_follows import Followed
 from deltactl.diagnosis.plants.nuisance import Nuisance
-from deltactl.diagnosis.plants.regression import (
-    Draws,
-    Shown,
-)
+from deltactl.diagnosis.plants.regressor import Draws, Shown
 from deltactl.diagnosis.priors.options import PENALTIES
 
 
@@ -178,7 +175,7 @@ class AnswerNearPoint(MessyEffects):
         gain = found[0].gain - found[0].paid - 0.5 * (self.left_by_names() + charged)
         p = math.exp(min(math.log(len(known)) - gain, 0.0))
         share = float(np.clip(2.0 * found[0].gain / best.chi2, 0.0, 1.0))
-        return Rest(p, tuple(found[0].covariate.split(", ")), found[0].location, share)
+        return Rest(p, found[0].follows, found[0].component, share)
 
     def noise_bounds(self, left: FloatArray) -> NoiseBounds | None:
         """What bounds the noise of the channels that figures are of; see `RegressionPlant`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,15 +76,3 @@ def late_of(terms: Iterable[Term]) -> float:
     """How late the readings are by terms at work [s]."""
     late = (t for t in terms if t.candidate.kind.port is Port.CLOCK)
     return sum(float(t.candidate.values(t.at)[TIME]) for t in late)
-
-
-def aligned(terms: Sequence[Term], late_s: float) -> list[Term]:
-    """The terms with each jump where readings show it, which were `late_s` late so far."""
-    later_s = late_of(terms) - late_s
-    return [_moved(t, later_s) if t.candidate.kind.event and later_s else t for t in terms]
-
-
-def _moved(term: Term, later_s: float) -> Term:
-    at = term.at.copy()
-    at[[c.parameter == TIME for c in term.candidate.coordinates]] -= later_s
-    return Term(term.candidate, at)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -192,7 +192,9 @@ class DeltaModel:
         return {name: np.nan_to_num(values) for name, values in covariates.items()}
 
     def inputs(self) -> dict[str, FloatArray]:
-        """Joints through the linkage, and each sensor by itself."""
+        """Joints through the linkage, forces on the platform through joints that yield alike, and
+        each sensor by itself.
+        """
         names = self.readings.names
         inputs: dict[str, FloatArray] = {}
         axes = self.robot.sensors.axes if self.robot.sensors else np.eye(3)
@@ -207,6 +209,11 @@ class DeltaModel:
                 elif name == f"theta_{joint + 1}":
                     block[:, column] = 1.0
             inputs[f"motor{joint + 1}"] = np.nan_to_num(block)
+        joints = np.stack([inputs[name] for name in inputs], axis=2)
+        pulled = np.nan_to_num(self._jacobian)
+        for axis, letter in enumerate(AXES):
+            usual = np.sqrt(np.mean(np.sum(pulled[:, axis] ** 2, axis=1) ** 2))
+            inputs[f"{PLATFORM}{letter}"] = np.einsum("ncj,nj->nc", joints, pulled[:, axis]) / usual
         for column, name in enumerate(names):
             if name in RANGES:
                 block = np.zeros((len(self.readings.t_s), len(names)))
@@ -215,7 +222,7 @@ class DeltaModel:
         return inputs
 
 
-MOTOR, SENSOR = "motor", "range_"
+MOTOR, PLATFORM, SENSOR = "motor", "platform_", "range_"
 
 
 def sensible(location: str, covariate: str) -> bool:
@@ -242,3 +249,21 @@ def unit_at(location: str) -> str:
 def own_place(location: str) -> str:
     """Covariate of the place of what enters at an input location."""
     return location.replace(MOTOR, "theta_")
+
+
+def on_platform(varying: Iterable[str]) -> list[list[tuple[str, str]]]:
+    """Pairs of input location and covariate of what may pull at the platform: by its place, its
+    speed, or time.
+    """
+    pulls = [(f"{PLATFORM}{axis}", axis) for axis in AXES]
+    by_place = [(at, name) for at, _ in pulls for name in RANGES]
+    by_speed = [(at, f"speed_range_{axis}") for at, axis in pulls]
+    by_time = [(at, "time") for at, _ in pulls]
+    known = set(varying)
+    each = [[pair for pair in one if pair[1] in known] for one in (by_place, by_speed, by_time)]
+    return [one for one in each if one]
+
+
+def component_at(location: str) -> str:
+    """Component of an input location."""
+    return PLATFORM[:-1] if location.startswith(PLATFORM) else location

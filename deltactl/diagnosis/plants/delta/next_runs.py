@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.delta.model import DeltaModel
 from deltactl.diagnosis.plants.delta.motions import Motion, motions
@@ -17,7 +18,10 @@ from deltactl.recording.tables.flat import FlatRecording
 
 
 class DeltaRun:
-    """A `CandidateRun`: straight moves through arm angles."""
+    """One repeat of a motion, straight moves through arm angles, that the machine may safely do.
+
+    model: the machine in this motion, nothing read yet (all readings 0).
+    """
 
     def __init__(self, motion: Motion, recorded: DeltaModel):
         assert recorded.robot.drive is not None
@@ -29,7 +33,9 @@ class DeltaRun:
         self.model = DeltaModel(recorded.robot, [blank])
 
     def holds_together(self, predicted: FloatArray) -> bool:
-        """Where it cannot be assembled the model puts zeros."""
+        """Whether the machine can be assembled all along a prediction (n, c): the model puts zeros
+        where it cannot.
+        """
         metres = [i for i, unit in enumerate(self.model.readings.units) if unit == "m"]
         return not metres or bool(predicted[:, metres].any(axis=1).all())
 
@@ -74,7 +80,7 @@ def _top_speed(model: DeltaModel) -> float:
     """Highest joint speed of the recording [rad/s], single glitches aside."""
     readings = model.readings
     speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
-    return float(np.quantile(speed.max(axis=1), NEXT_RUNS.top_speed))
+    return float(np.quantile(speed.max(axis=1), OBSERVATIONS.top_speed_quantile))
 
 
 def duration_s(motion: Motion, rad_per_step: float) -> float:

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from deltactl.diagnosis.evidence.autoregression import Whitener, estimate
-from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_square
+from deltactl.diagnosis.evidence.effective_size import TemperedNoise, root_mean_square, spare
 from deltactl.diagnosis.evidence.options import EVIDENCE
-from deltactl.diagnosis.evidence.saturated_model import given_back
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray, Readings
 from deltactl.diagnosis.plants.delta.point import side_by_side
 
@@ -59,25 +58,23 @@ def noise_of(whitener: Whitener, readings: Readings) -> ChannelsNoise:
 class SaturatedFit:
     """Least squares of many columns together, (n c, p) as they are in the channels."""
 
-    def __init__(self, readings: Readings, columns: FloatArray, whitener: Whitener):
-        self.readings = readings
-        channels = len(readings.names)
+    def __init__(self, columns: FloatArray, whitener: Whitener):
         self._columns: Any = columns.astype(np.float32)
-        self._white = whitener(side_by_side(self._columns, channels))
+        self._white = whitener(side_by_side(self._columns, len(whitener.channels)))
         self._whitener = whitener
         gram = np.asarray(self._white.T @ self._white, dtype=np.float64)
         self._scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
         matrix = gram / np.outer(self._scale, self._scale)
         matrix += EVIDENCE.ridge * np.eye(len(gram))
         values, vectors = np.linalg.eigh(matrix)
-        most = len(self._white) // EVIDENCE.readings_a_column
-        self.is_cut = most < len(values)
-        """Whether too little was read for all directions."""
-        first = max(len(values) - most, 0)
+        first = max(len(values) - len(self._white) // EVIDENCE.readings_a_column, 0)
         self._values, self._vectors = values[first:], vectors[:, first:]
+        fitted = float(np.sum(1.0 - EVIDENCE.ridge / self._values))
+        self.louder = float(np.sqrt(len(self._white) / spare(float(len(self._white)), fitted)))
+        """How many times larger the noise is than what its own fit leaves of it."""
 
     def __call__(self, residual: FloatArray) -> FloatArray:
-        """What the columns explain of residuals, (n, channels) or (n, channels, k)."""
+        """What the columns explain of a residual, (n, channels)."""
         white = self._whitener(residual).astype(np.float32)
         along = np.asarray(self._white.T @ white, dtype=np.float64)
         shares = self._vectors.T @ (along.T / self._scale).T
@@ -107,8 +104,7 @@ def saturated_noise(
     plain, weight = before.whitener, before.scale * before.sigma
     whitener = Whitener(plain.channels, weight)
     for _ in range(rounds):
-        fit = SaturatedFit(readings, columns, whitener)
+        fit = SaturatedFit(columns, whitener)
         left = channels - fit(channels)
         whitener = estimate(readings, valid, left)
-    whitener, _ = given_back(fit, whitener)
-    return noise_of(whitener, readings)
+    return noise_of(whitener.louder(fit.louder), readings)

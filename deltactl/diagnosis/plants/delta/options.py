@@ -100,9 +100,6 @@ class NextRunOptions:
     # How fast.
     fast_radps: float = 0.5
     """Joint speed that a stepper with a gear starts and stops at without a ramp."""
-    top_speed: float = 0.98
-    """Quantile of the recording's joint speeds that counts as the highest, single glitches aside.
-    """
     pulses_s: float = 2e-4
     """Shortest step period proposed: well under the start-stop rate of a geared stepper."""
     software_pulses_s: float = 2e-3
@@ -129,8 +126,6 @@ class ProcessOptions:
     """Chi-square of a usual size below which a direction of it is left out: nothing shows it."""
     least_move: float = 0.02
     """Share of a covariate's range by which it moves before the way it came is another."""
-    log_odds: float = -5.0
-    """That a machine has one at a place, over one covariate: rarer than any named effect there."""
     opened: float = 5.0
     """Log evidence that one must gain to be looked at among the others,"""
     most: int = 8

@@ -39,7 +39,8 @@ from deltactl.diagnosis.plants.delta.point import (
 from deltactl.diagnosis.plants.delta.prior_odds import named_regressor, unknown_regressor
 from deltactl.diagnosis.plants.delta.recorded import Recorded
 from deltactl.diagnosis.plants.delta.unknown import Process
-from deltactl.diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Sizes
+from deltactl.diagnosis.plants.regression import RegressionPlant
+from deltactl.diagnosis.plants.regressor import Columns, Regressor, Sizes
 from deltactl.diagnosis.plants.shared_parameters import apart
 from deltactl.diagnosis.priors.options import PENALTIES
 
@@ -302,10 +303,7 @@ class DeltaPlant(AnswerNearPoint):
         """See `RegressionPlant`."""
         if self.careful == PENALTIES.most_careful:
             return None
-        first = self
-        while first._before is not None:
-            first = first._before
-        plain = first._with_care(PENALTIES.most_careful)
+        plain = self._with_care(PENALTIES.most_careful)
         plain._only_careful = True
         return plain
 

@@ -16,7 +16,7 @@ from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.candidate import Candidate, Term
 from deltactl.diagnosis.plants.delta.model import DeltaModel
-from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.plants.regressor import Columns
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import SizePrior, prior_of
 from deltactl.models.effects import Trait, card_of, has

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from deltactl.diagnosis.plants.candidate import Candidate, Term
-from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import Near, is_straight
 from deltactl.diagnosis.plants.delta.unknown import Process
-from deltactl.diagnosis.plants.regression import Regressor
+from deltactl.diagnosis.plants.options import SPLINE_TERMS
+from deltactl.diagnosis.plants.regressor import Regressor
 from deltactl.diagnosis.priors.options import PENALTIES
 from deltactl.diagnosis.priors.size_priors import odds_cost
 from deltactl.models.effects import card_of
@@ -22,7 +22,7 @@ def named_regressor(key: str, near: Near, tolerances: Sequence[str]) -> Regresso
     tolerances: names of the columns that are always fitted.
     """
     candidate = near.term.candidate
-    in_name_only = penalty_of(near.term) - penalty(candidate)
+    in_name_only = PENALTIES.in_name_only if _in_name_only(near.term) else 0.0
     odds = near.heavy_tail + near.usual - 0.5 * (odds_cost(candidate) + in_name_only)
     takes_over = key if key in tolerances else ""
     built = (card_of(candidate.effect).build_spread or 0.0) if takes_over else 0.0
@@ -47,24 +47,10 @@ def left_by(known: Candidate, new: Candidate | None) -> float:
 
 def unknown_regressor(one: Process) -> Regressor:
     """A process; the choice of its length and size is paid for."""
-    odds = PROCESSES.log_odds - one.paid
-    follows = tuple(one.covariate.split(", "))
+    odds = SPLINE_TERMS.unknown_log_odds - one.paid
     return Regressor(
-        one.key, "unknown", odds, one.location, follows=follows, alone=False, saturated=False
+        one.key, "unknown", odds, one.component, follows=one.follows, alone=False, saturated=False
     )
-
-
-def penalty(candidate: Candidate) -> float:
-    """What a candidate must earn."""
-    if candidate.kind.event:
-        return PENALTIES.event
-    together = PENALTIES.group if candidate.members else 0.0
-    return PENALTIES.coordinate * len(candidate.moved) + candidate.kind.penalty + together
-
-
-def penalty_of(term: Term) -> float:
-    """What a term must earn where the fit has brought it."""
-    return penalty(term.candidate) + (PENALTIES.in_name_only if _in_name_only(term) else 0.0)
 
 
 def _in_name_only(term: Term) -> bool:

@@ -10,66 +10,110 @@ length that it followed noise: a line in the spectrum of the residual has three 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.sparse import csr_array, diags_array
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.delta.beside_point import Absorbed
-from deltactl.diagnosis.plants.delta.model import DeltaModel, own_place, sensible
+from deltactl.diagnosis.plants.delta.model import (
+    PLATFORM,
+    DeltaModel,
+    component_at,
+    on_platform,
+    own_place,
+    sensible,
+)
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
 from deltactl.diagnosis.plants.delta.point import end_to_end
-from deltactl.diagnosis.plants.regression import Columns
+from deltactl.diagnosis.plants.regressor import Columns
 
 UNKNOWN = "unknown@"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What enters at an input location and follows one covariate; knots: none of a wave."""
+
+    entry: str
+    covariate: str
+    knots: FloatArray
+
+    def hats(self, model: DeltaModel, two_way: bool, rate_hz: float = 0.0) -> csr_array:
+        """Straight lines between knots (n, knots), or a wave (n, 2)."""
+        if rate_hz:
+            return _wave(model.readings.t_s, rate_hz)
+        return _hats(model.covariates()[self.covariate], self.knots, two_way)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Process:
-    """A process at an input location over a covariate.
+    """A process at a place of the machine, of one length and size in all its parts.
 
     two_way: changes sign with the way the covariate came. shapes: (knots, k) of the kernel, each in
-    its prior standard deviation. gain: log evidence that it adds. paid: for the choice of length
-    and size. rate_hz: of a wave in time, which has no knots.
+    its prior standard deviation, one part after another. gain: log evidence that it adds. paid: for
+    the choice of length and size. rate_hz: of a wave in time, which has no knots.
     """
 
-    location: str
-    covariate: str
-    two_way: bool
-    knots: FloatArray
-    shapes: FloatArray
+    component: str
+    parts: tuple[Part, ...]
+    two_way: bool = False
+    shapes: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     gain: float = 0.0
     paid: float = 0.0
     rate_hz: float = 0.0
+
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """Names of its covariates."""
+        names = [name for part in self.parts for name in part.covariate.split(", ")]
+        return tuple(dict.fromkeys(names))
+
+    @property
+    def single(self) -> Part | None:
+        """Its part where it has one that follows a covariate one way."""
+        return None if self.two_way or self.rate_hz or len(self.parts) > 1 else self.parts[0]
 
     @property
     def key(self) -> str:
         """Name among regressors."""
         ways = " two-way" if self.two_way else ""
         wave = " wave" if self.rate_hz else ""
-        return f"{UNKNOWN}{self.location} {self.covariate}{ways}{wave}"
+        place = self.component if len(self.parts) > 1 else self.parts[0].entry
+        return f"{UNKNOWN}{place} {', '.join(self.follows)}{ways}{wave}"
 
     def over(self, covariate: FloatArray) -> FloatArray:
-        """Its shapes (m, k) at values (m,) of the covariate."""
-        if self.rate_hz:
-            return np.asarray(_wave(covariate, self.rate_hz) @ self.shapes)
-        return np.asarray(_hats(covariate, self.knots, self.two_way) @ self.shapes)
+        """Shapes (m, k) of its only part at values (m,) of the covariate."""
+        (part,) = self.parts
+        return np.asarray(_hats(covariate, part.knots, self.two_way) @ self.shapes)
+
+    def entering(self, model: DeltaModel) -> dict[str, FloatArray]:
+        """Shapes (n, k) by what they enter at."""
+        found: dict[str, FloatArray] = {}
+        first = 0
+        for part in self.parts:
+            hats = part.hats(model, self.two_way, self.rate_hz)
+            own = np.asarray(hats @ self.shapes[first : first + hats.shape[1]])
+            first += hats.shape[1]
+            found[part.entry] = found.get(part.entry, 0.0) + own
+        return found
 
     def columns(self, model: DeltaModel) -> Columns:
         """Its shapes in all channels (n c, k)."""
-        over = self.over(model.covariates()[self.covariate])
-        change = model.inputs()[self.location]
-        values = end_to_end(change[:, :, None] * over[:, None, :])
+        inputs = model.inputs()
+        each = [inputs[at][:, :, None] * own[:, None] for at, own in self.entering(model).items()]
+        values = end_to_end(np.sum(each, axis=0))
         lasts = not self.rate_hz  # the phase is another one each time
         return Columns(values, np.ones(values.shape[1]), lasts=lasts)
 
 
-Ways = tuple[Process, csr_array]
-"""A process without its shapes, and the straight lines between knots (n, knots)."""
+Ways = tuple[Process, list[csr_array]]
+"""A process without its shapes, and of each part the straight lines between knots (n, knots)."""
 
 
 class Processes:
@@ -80,28 +124,38 @@ class Processes:
         covariates = model.covariates()
         varying = {n: x for n, x in covariates.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
         knots = {n: _knots(x) for n, x in varying.items()}
-        empty = np.zeros((PROCESSES.knots, 0))
-        self.every: list[Ways] = []
         hats = {n: _hats(x, knots[n], False) for n, x in varying.items()}
-        for location in model.inputs():
-            for name in varying:
-                if sensible(location, name):
-                    one = Process(location, name, False, knots[name], empty)
-                    self.every.append((one, hats[name]))
-            own = own_place(location)
-            if own in varying:
-                one = Process(location, own, True, knots[own], empty)
-                self.every.append((one, _hats(varying[own], knots[own], True)))
+        places = [at for at in model.inputs() if not at.startswith(PLATFORM)]
+        found = []
+        for at in places:
+            own = [Part(at, name, knots[name]) for name in varying if sensible(at, name)]
+            found += [Process(at, (part,)) for part in own]
+            if own_place(at) in varying:
+                found.append(Process(at, (Part(at, own_place(at), knots[own_place(at)]),), True))
+        for pairs in on_platform(varying):
+            parts = tuple(Part(at, name, knots[name]) for at, name in pairs)
+            found.append(Process(component_at(PLATFORM), parts))
+        self.every: list[Ways] = [
+            (
+                one,
+                [
+                    part.hats(model, True) if one.two_way else hats[part.covariate]
+                    for part in one.parts
+                ],
+            )
+            for one in found
+        ]
 
     def __len__(self) -> int:
         return len(self.every) + len(self.model.inputs())
 
     def remembering(self, one: Process) -> list[Ways]:
         """Processes at a place over earlier values of a covariate, and over the way it came."""
-        t_s, now = self.model.readings.t_s, self.model.covariates()[one.covariate]
+        (part,) = one.parts
+        t_s, now = self.model.readings.t_s, self.model.covariates()[part.covariate]
         pasts = [np.interp(t_s - late_s, t_s, now) for late_s in PROCESSES.past_s]
-        found = [(one, _hats(past, one.knots, False)) for past in pasts]
-        return [*found, (replace(one, two_way=True), _hats(now, one.knots, True))]
+        found = [(one, [_hats(past, part.knots, False)]) for past in pasts]
+        return [*found, (replace(one, two_way=True), [_hats(now, part.knots, True)])]
 
     def probable(
         self,
@@ -123,13 +177,16 @@ class Processes:
         if among is None:
             rest = white - free @ taken.sizes(white)
             among = [*self.every, *(w for n in inputs for w in self._waves(noise, rest, n))]
-        seen = {n: (csr_array(o.T @ o), o.T @ free, o.T @ white) for n, o in operators.items()}
+        seen = {n: (o.T @ free, o.T @ white) for n, o in operators.items()}
+        powers = cache(lambda one, other: csr_array(operators[one].T @ operators[other]))
         for process, hats in among:
-            power, with_free, with_left = seen[process.location]
-            share = taken.root_of(np.asarray(hats.T @ with_free).T)
-            gram = np.asarray((hats.T @ (power @ hats)).toarray()) - share.T @ share
-            along = np.asarray(hats.T @ with_left) - share.T @ of_left
-            best = _most_probable(process, gram, along)
+            pairs = list(zip((part.entry for part in process.parts), hats, strict=True))
+            with_free = np.concatenate([own.T @ seen[at][0] for at, own in pairs])
+            with_left = np.concatenate([own.T @ seen[at][1] for at, own in pairs])
+            power = [[(a.T @ (powers(n, m) @ b)).toarray() for m, b in pairs] for n, a in pairs]
+            share = taken.root_of(with_free.T)
+            gram = np.block(power) - share.T @ share
+            best = _most_probable(process, gram, with_left - share.T @ of_left)
             if best is not None:
                 found.append(best)
         return sorted(found, key=lambda one: one.paid - one.gain)
@@ -154,9 +211,9 @@ class Processes:
         best = max(turns.tolist(), key=lambda one: abs(np.exp(samples * one) @ series))
         rate_hz = best / readings.period_s
         paid = float(np.log(last - first))
-        empty = np.zeros((2, 0))
-        one = Process(location, "time", False, np.zeros(0), empty, paid=paid, rate_hz=rate_hz)
-        return [(one, _wave(readings.t_s, rate_hz))]
+        part = Part(location, "time", np.zeros(0))
+        one = Process(component_at(location), (part,), paid=paid, rate_hz=rate_hz)
+        return [(one, [_wave(readings.t_s, rate_hz)])]
 
 
 def _wave(t_s: FloatArray, rate_hz: float) -> csr_array:
@@ -169,8 +226,9 @@ def _most_probable(process: Process, gram: FloatArray, along: FloatArray) -> Pro
     """The process with the length and size of most evidence; None where none has any."""
     gains: list[float] = []
     best: tuple[float, FloatArray] = (0.0, np.zeros((0, 0)))
-    wave = [np.eye(2)] if process.rate_hz else []
-    for shapes in wave or map(_kernel_shapes, PROCESSES.lengths):
+    kernels = [np.eye(2)] if process.rate_hz else map(_kernel_shapes, PROCESSES.lengths)
+    for one in kernels:
+        shapes = block_diag(*[one] * len(process.parts))
         values, vectors = np.linalg.eigh(shapes.T @ gram @ shapes)
         values = np.maximum(values, 0.0)
         seen = (vectors.T @ (shapes.T @ along)) ** 2

@@ -17,6 +17,7 @@ from deltactl.diagnosis.answer.finding import ParameterResult, Table
 from deltactl.diagnosis.answer.options import VERDICT
 from deltactl.diagnosis.assessment.intervals import NORMAL_95
 from deltactl.diagnosis.evidence.explanation import Explanation
+from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.delta.model import unit_at
 from deltactl.diagnosis.plants.delta.noise_of_channels import ChannelsNoise
 from deltactl.diagnosis.plants.delta.options import PROCESSES
@@ -40,17 +41,17 @@ class Followed:
         self.recorded, self.noise, self.processes = recorded, noise, processes
         self.best, self.without = best, without
         self.gain = max(without.chi2 - best.chi2, 0.0)
-        model, place = recorded.model, processes[0].location
-        moved = model.inputs()[place] != 0.0
+        model, entries = recorded.model, [p.entry for one in processes for p in one.parts]
+        moved = np.any([model.inputs()[entry] != 0.0 for entry in entries], axis=0)
         self._covariates = model.covariates()
         self._decided = np.any(moved & recorded.valid, axis=1)
         """Rows in which a reading tells of it; none holds it elsewhere."""
-        self._unit = unit_at(place)
+        self._unit = unit_at(entries[0])
 
     def fields(self) -> dict[str, Any]:
         """Fields of the finding."""
         tied = self._tied()
-        own = [name for one in self.processes for name in one.covariate.split(", ")]
+        own = [name for one in self.processes for name in one.follows]
         instead = [name for covariate in tied for name in covariate.split(", ")]
         return {
             "parameters": {"size_rms": self._size()},
@@ -61,33 +62,34 @@ class Followed:
         }
 
     def _size(self) -> ParameterResult:
-        values = np.zeros(len(self._decided))
+        values: dict[str, FloatArray] = {}
         for one in self.processes:
-            values += one.over(self._covariates[one.covariate]) @ self.best.linear[one.key]
-        size = float(np.std(values[self._decided]))
+            for entry, shapes in one.entering(self.recorded.model).items():
+                values[entry] = values.get(entry, 0.0) + shapes @ self.best.linear[one.key]
+        size = math.hypot(*(float(np.std(own[self._decided])) for own in values.values()))
         half = NORMAL_95 * size / max(math.sqrt(self.gain), 1.0)
         return ParameterResult(value=size, ci95=[size - half, size + half], unit=self._unit)
 
     def _table(self) -> Table | None:
         """Numbers over the covariate, as far as readings tell of it; None of several."""
-        (one, *more) = self.processes
-        if more or one.two_way or one.rate_hz:
+        (one, *more), part = self.processes, self.processes[0].single
+        if more or part is None:
             return None
-        seen = self._covariates[one.covariate][self._decided]
+        seen = self._covariates[part.covariate][self._decided]
         places = np.linspace(float(seen.min()), float(seen.max()), UNKNOWN.places_in_table)
         size = one.over(places) @ self.best.linear[one.key]
         low, high = float(places[0]), float(places[-1])
-        return Table(follows=one.covariate, lowest=low, highest=high, size=size.tolist())
+        return Table(follows=part.covariate, lowest=low, highest=high, size=size.tolist())
 
     def _tied(self) -> list[str]:
         """Other covariates that explain at this place as much, the best first."""
         (one, *more) = self.processes
-        if more or one.rate_hz:
+        if more or one.rate_hz or len(one.parts) > 1:
             return []
         every = self.recorded.processes.every
-        alike = [x for x in every if (x[0].location, x[0].two_way) == (one.location, one.two_way)]
-        gains = {x.covariate: x.gain for x in self._probable(self.without, alike)}
-        least = gains.pop(one.covariate, math.inf) - PROCESSES.tied
+        alike = [x for x in every if (x[0].component, x[0].two_way) == (one.component, one.two_way)]
+        gains = {x.parts[0].covariate: x.gain for x in self._probable(self.without, alike)}
+        least = gains.pop(one.parts[0].covariate, math.inf) - PROCESSES.tied
         return [covariate for covariate, gain in gains.items() if gain > least]
 
     def _has_memory(self) -> bool | None:
@@ -96,7 +98,7 @@ class Followed:
         """
         if any(one.two_way for one in self.processes):
             return True
-        timeless = [one for one in self.processes if one.covariate != "time"]
+        timeless = [one for one in self.processes if one.single and one.follows != ("time",)]
         pasts = [way for one in timeless for way in self.recorded.processes.remembering(one)]
         if not pasts:
             return None

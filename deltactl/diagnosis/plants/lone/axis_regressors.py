@@ -11,7 +11,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes, instead, named
+from deltactl.diagnosis.plants.regressor import Equivalent, Regressor, Size, Sizes, instead, named
 from deltactl.models.effects import column_of
 from deltactl.models.effects.following_lag import STARTS_S
 from deltactl.models.robot import ServoAxis, StepperAxis
@@ -143,9 +143,7 @@ def _fastest(axis: RecordedAxis) -> Regressor | None:
 
 def _play(axis: RecordedAxis) -> Size:
     """How wide play, or friction against a spring, may be."""
-    spread = max(
-        COMMANDED_AXIS.play_of_mismatch * axis.mismatch, COMMANDED_AXIS.play_of_travel * axis.span
-    )
+    spread = max(LONE.size_of_mismatch * axis.mismatch, COMMANDED_AXIS.play_of_travel * axis.span)
     return Size("width", "half", spread, 0.0, COMMANDED_AXIS.widest_play_share * axis.span,
                 0.01 * axis.mismatch)  # fmt: skip
 
@@ -225,7 +223,7 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
     fastest = min(followed_hz, COMMANDED_AXIS.fastest_ringing_hz)
     if fastest <= slowest:
         return None
-    inside, damped = _inside(slowest, fastest), COMMANDED_AXIS.damping_within
+    inside, damped = _inside(slowest, fastest), _inside(*COMMANDED_AXIS.damping)
     frequency = Size("frequency", "flat", fastest, slowest, fastest, 0.01, within=inside)
     damping = Size("damping", "flat", 1.0, *COMMANDED_AXIS.damping, 0.01, within=damped)
     from_hz = COMMANDED_AXIS.ringing_from * slowest

@@ -8,9 +8,9 @@ import numpy as np
 
 from deltactl.diagnosis.observations.readings import FloatArray
 from deltactl.diagnosis.plants.lone.axis_regressors import WAVES
-from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FILE_SPREADS
+from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, FILE_SPREADS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Columns, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Sizes
 from deltactl.models.effects import Trait, has
 from deltactl.models.signals import late, slopes_of
 
@@ -99,7 +99,7 @@ class AxisShapes:
     @cached_property
     def _yielding(self) -> float:
         pull = self._axis.pull[self._axis.rows]
-        droop = COMMANDED_AXIS.yielding_of_mismatch * self._axis.mismatch
+        droop = LONE.size_of_mismatch * self._axis.mismatch
         return droop / max(float(np.std(pull)), 1e-300)
 
     def _waves(self, base: FloatArray, waves: float) -> Columns:

@@ -29,7 +29,7 @@ def in_clear_motion(motion: Motion, period: float) -> BoolArray:
 
 def _slow(motion: Motion) -> BoolArray:
     """Samples (n,) at which an axis may rest."""
-    slowest = FORCED_AXIS.slowest_share * motion.top_speed
+    slowest = OBSERVATIONS.slowest_share * motion.top_speed
     clearly = max(FORCED_AXIS.resolved * motion.velocity_noise, slowest)
     return np.asarray(np.abs(motion.velocity) <= clearly)
 

@@ -33,7 +33,7 @@ from deltactl.diagnosis.plants.lone.axis_starts import starts
 from deltactl.diagnosis.plants.lone.drive_chain import DriveChain
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.recorded_axis import SETTLED_S, RecordedAxis
-from deltactl.diagnosis.plants.regression import DELAY, Columns, Shown, Sizes
+from deltactl.diagnosis.plants.regressor import DELAY, Columns, Shown, Sizes
 from deltactl.models.effects import Trait, with_trait
 from deltactl.models.robot import ServoAxis, StepperAxis
 from deltactl.models.signals import between_rows

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import LONE
-from deltactl.diagnosis.plants.regression import Columns, Size
+from deltactl.diagnosis.plants.regressor import Size
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 
@@ -20,30 +19,6 @@ def late_sizes(spread_s: float, period_s: float) -> tuple[Size, ...]:
     longest_s, names = LONE.longest_lag_s, ("time", "dead_time")
     ends, within = (0.0, longest_s), (-np.inf, longest_s)
     return tuple(Size(n, "half", spread_s, *ends, 0.05 * period_s, within=within) for n in names)
-
-
-class LateDrive:
-    """Forces as an effort shows them whose motion comes late: ahead of the motion.
-
-    The effort as read is left as it is. A lag that smoothed it would explain its noise.
-    """
-
-    def __init__(self, in_time: AheadInTime):
-        self._in_time = in_time
-        self._kept: dict[str, tuple[Columns, Curves, tuple[float, float], Columns]] = {}
-        """Columns, their curves, what they are ahead by, and as they are then."""
-
-    def led(self, key: str, columns: Columns, dead_s: float, time_s: float) -> Columns:
-        """Columns of one regressor ahead by a dead time and a time constant; the last are kept."""
-        at, kept = (dead_s, time_s), self._kept.get(key)
-        if kept is None or kept[0] is not columns:
-            curves = columns.curves() if columns.curves else self._in_time.curves(columns.values)
-            kept = (columns, curves, (0.0, 0.0), columns)
-        if kept[2] != at:
-            led = replace(columns, values=self._in_time.later(kept[1], *at), curves=None)
-            kept = (columns, kept[1], at, led)
-        self._kept[key] = kept
-        return kept[3]
 
 
 @dataclass(eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from deltactl.diagnosis.observations.readings import BoolArray, FloatArray
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS
 from deltactl.diagnosis.plants.lone.recorded_axis import RecordedAxis
-from deltactl.diagnosis.plants.regression import Columns, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Sizes
 from deltactl.models.effects.axis_play import loose
 from deltactl.models.effects.speed_limit import rate_limited
 from deltactl.models.signals import AnyArray, late, linear, slopes_of

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
-from deltactl.diagnosis.observations.ahead_in_time import AheadInTime, Curves
 from deltactl.diagnosis.observations.inverse_dynamics import Motion
 from deltactl.diagnosis.observations.readings import FloatArray, IntArray
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, FORCED_AXIS
-from deltactl.diagnosis.plants.regression import Columns, Size, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Size, Sizes
 from deltactl.models.effects.stribeck_friction import SPEEDS, STARTS, WITHIN, Falls, falls
 
 
@@ -60,7 +60,6 @@ class ForceShapes:
     rows: IntArray
     inertia: float
     turns: bool
-    in_time: AheadInTime
 
     def of(self, key: str, sizes: Sizes) -> Columns:
         """Forces of one regressor at the time of the motion."""
@@ -97,15 +96,15 @@ class ForceShapes:
     def _accelerated(self) -> FloatArray:
         return self.motion.acceleration * self.inertia
 
-    def _stribeck(self, speed: float) -> Columns:
+    @cached_property
+    def _stribeck(self) -> Callable[[float], Columns]:
+        """Friction that falls off within a speed; most points of a fit share it."""
+        return lru_cache(maxsize=8)(self._falling)
+
+    def _falling(self, speed: float) -> Columns:
         weights = self.slow.speeds.weights(speed)
         spread = FORCED_AXIS.stribeck_of_size * self.size
-        column = Columns.of(self.slow.shapes @ weights, spread, "torque")
-        return replace(column, curves=lambda: self._slowed_curves.blended(weights))
-
-    @cached_property
-    def _slowed_curves(self) -> Curves:
-        return self.in_time.curves(self.slow.shapes)
+        return Columns.of(self.slow.shapes @ weights, spread, "torque")
 
     @cached_property
     def _spring(self) -> Columns:

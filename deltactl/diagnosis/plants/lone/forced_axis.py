@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -39,11 +39,11 @@ from deltactl.diagnosis.plants.lone.clear_motion import (
     rests_of,
     rows_apart,
 )
-from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, LateDrive, late_sizes
+from deltactl.diagnosis.plants.lone.drive_by_effort import EffortLimit, late_sizes
 from deltactl.diagnosis.plants.lone.effort_noise import EffortNoise, between_samples
 from deltactl.diagnosis.plants.lone.force_shapes import ForceShapes
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS, LONE
-from deltactl.diagnosis.plants.regression import (
+from deltactl.diagnosis.plants.regressor import (
     DELAY,
     Columns,
     Draws,
@@ -96,7 +96,9 @@ class ForcedAxis(LeftOver):
             [smoothly_bridged(r, "effort") for r in recordings]
         )
         self._in_time = AheadInTime(self.t_s, self.readings.fresh)
-        self._late = LateDrive(self._in_time)
+        # As many as there are regressors: those of one delay.
+        self._curves = lru_cache(maxsize=12)(lambda one: self._in_time.curves(one.values))
+        self._ahead = lru_cache(maxsize=12)(self._led)
         self.let_go = not float(np.ptp(self.force)) > 0.0
         for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
             self._low_passed(recordings, narrower * wider)
@@ -183,7 +185,6 @@ class ForcedAxis(LeftOver):
             rows=self.rows,
             inertia=self.inertia,
             turns=self.robot.motion == "rotary",
-            in_time=self._in_time,
         )
 
     def _regressors(self) -> list[Regressor]:
@@ -215,7 +216,8 @@ class ForcedAxis(LeftOver):
         """What a lag changes of the effort that the file explains, and a limit keeps back, (n,)."""
         found = np.zeros(len(self.t_s))
         if "lag" in keys:
-            found += self._led("", self._needed, sizes).values[:, 0] - self.drawn_on
+            led = self._ahead(self._needed, sizes["lag.dead_time"], sizes["lag.time"])
+            found += led.values[:, 0] - self.drawn_on
         return found + self._limit.kept_back(sizes["limit.limit"]) if "limit" in keys else found
 
     @cached_property
@@ -229,8 +231,13 @@ class ForcedAxis(LeftOver):
             return None
         return np.asarray(self._limit.kept_back(sizes["limit.limit"]) != 0.0)
 
-    def _led(self, key: str, columns: Columns, sizes: Sizes) -> Columns:
-        return self._late.led(key, columns, sizes["lag.dead_time"], sizes["lag.time"])
+    def _led(self, columns: Columns, dead_s: float, time_s: float) -> Columns:
+        """Forces as an effort shows them whose motion comes late: ahead of the motion.
+
+        The effort as read is left as it is. A lag that smoothed it would explain its noise.
+        """
+        values = self._in_time.later(self._curves(columns), dead_s, time_s)
+        return replace(columns, values=values)
 
     @cached_property
     def _needed(self) -> Columns:
@@ -251,7 +258,9 @@ class ForcedAxis(LeftOver):
         if key in ("lag", "limit"):
             return Columns.none(len(self.t_s))
         columns = self.unknown(key) if key.startswith(UNKNOWN) else self._forces.of(key, sizes)
-        return self._led(key, columns, sizes) if "lag.time" in sizes else columns
+        if "lag.time" not in sizes:
+            return columns
+        return self._ahead(columns, sizes["lag.dead_time"], sizes["lag.time"])
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

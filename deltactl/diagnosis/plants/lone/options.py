@@ -17,6 +17,9 @@ class LoneOptions:
     """Limits to start from, as shares of the way from the usual to the largest effort or speed."""
     near_bound: float = 0.01
     """Share of a bound within which a size sits at it, and was not found."""
+    size_of_mismatch: float = 2.0
+    """Usual size of play, droop, offset and crosstalk, in times the model error: half of a play
+    lies on either side, and of two that cancel each is larger than what they leave."""
     unknown_of_mismatch: float = 0.5
     """Usual size of an unknown: half of what is to be explained."""
     longest_lag_s: float = 2.0
@@ -43,18 +46,14 @@ class CommandedAxisOptions:
     """A longer recording is worked on in stretches that have so many samples together."""
     rows_a_lag: float = 2.0
     """Samples within a drive's usual lag that are enough to show how late it is."""
-    moving_share: float = 0.05
-    """Share of the top speed above which a row counts as in motion."""
     settling_lags: float = 3.0
     """Usual lags after a move until a drive has arrived: 5 % of a first-order lag are left."""
     of_each_kind: tuple[float, float] = (0.1, 0.9)
     """Shares of rows in motion between which both kinds have enough to show a noise of their own.
     """
-    came_from_elsewhere: float = 0.05
+    settles_within: float = 0.05
     """Share of the travel: nearer to where it is a moment later an axis may just settle, as in any
-    rest."""
-    arrived_share: float = 0.05
-    """Share of that way after which it has arrived: the rest is how it settles."""
+    rest. And share of a longer way after which it has arrived."""
     fewest_rests: int = 12
     """At a place, under a load, to show a noise of their own: within one an axis is off by the same
     amount, and as many sizes as there are rests fit them all."""
@@ -64,9 +63,6 @@ class CommandedAxisOptions:
     """Correlation of command and time above which an axis turns steadily and they are one."""
     least_move_share: float = 1e-6
     """Share of the travel: a command that changes by less rests."""
-    clipped_quantile: float = 0.99
-    """Quantile of the squared model error: single wild readings do not set the scale of what may
-    differ."""
     full_steps_per_turn: float = 200.0
     """Full steps of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
 
@@ -80,16 +76,12 @@ class CommandedAxisOptions:
     """Times the model error, of the constant of an arbitrary zero: as good as any."""
     widest_play_share: float = 0.6
     """Share of the travel: with more play an axis would hardly move."""
-    play_of_mismatch: float = 2.0
-    """Usual play, in times the model error that it makes: half of it lies on either side,"""
     play_of_travel: float = 0.02
-    """and at least this share of the travel, so that a small model error does not forbid it."""
+    """Usual play is at least this share of the travel, so that a small model error does not forbid
+    it."""
     build_up: float = 0.1
     """Usual way over which a servo's friction builds up, in widths of the gap between directions:
     contacts are stiffer than the position loop that winds up against them."""
-    yielding_of_mismatch: float = 2.0
-    """Usual droop under the load's standard deviation, in times the model error: it may be all of
-    it, and be hidden by a lag."""
     grip_of_yielding: float = 2.0
     """Friction winds a spring up both ways by no more than the load that makes it."""
     second_harmonic: float = 0.5
@@ -123,8 +115,6 @@ class CommandedAxisOptions:
     """and a recording shows so many periods."""
     damping: tuple[float, float] = (0.01, 0.9)
     """Rings for a hundred periods, or hardly at all."""
-    damping_within: tuple[float, float] = (0.011, 0.89)
-    """Nearer to those ends a damping sits at its bound."""
     fewest_moments: float = 4.0
     """At which a jump may have come, one a second: in a short recording, too, it was one of some.
     """
@@ -182,8 +172,6 @@ class ForcedAxisOptions:
     reversals between them."""
     resolved: float = 2.0
     """Times the noise of the velocity below which an axis may rest: friction is then anything."""
-    slowest_share: float = 0.01
-    """The same as a share of the top speed."""
     smeared_periods: float = 0.3
     """By which what happens at a rest is smeared into the motion."""
     rest_periods: float = 0.15
@@ -233,8 +221,6 @@ class RangeSensorOptions:
     """
     least_travel_m: float = 1e-6
     """Distances nearer together are one."""
-    size_of_mismatch: float = 2.0
-    """Usual offset and crosstalk, in times the model error: two that cancel are each larger."""
     late_range_spread_s: float = 0.1
     """A distance sensor measures for tens of milliseconds, and a bus may hold it for as long."""
     warm_up_periods: float = 2.0

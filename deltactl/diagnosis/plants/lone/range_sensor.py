@@ -19,14 +19,7 @@ from deltactl.diagnosis.observations.readings import (
 )
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, RANGE_SENSOR
-from deltactl.diagnosis.plants.regression import (
-    Columns,
-    Regressor,
-    Shown,
-    Size,
-    Sizes,
-    named,
-)
+from deltactl.diagnosis.plants.regressor import Columns, Regressor, Shown, Size, Sizes, named
 from deltactl.foundation.scatter import MAD_TO_SIGMA
 from deltactl.models.chain.axis import SensorChain
 from deltactl.models.effects import sensor_drift
@@ -161,7 +154,7 @@ class RangeSensorPlant(LeftOver):
         return lru_cache(maxsize=4)(before)
 
     def _errors(self, distance: FloatArray) -> dict[str, Columns]:
-        usual = RANGE_SENSOR.size_of_mismatch * self.mismatch
+        usual = LONE.size_of_mismatch * self.mismatch
         far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
         return {
             "offset": Columns.of(np.ones(len(self.t_s)), usual, "offset"),

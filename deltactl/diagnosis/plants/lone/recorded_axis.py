@@ -165,7 +165,7 @@ class RecordedAxis:
         speed[self.readings.fresh] = float(np.max(speed[~self.readings.fresh], initial=0.0))
         late = lagged(speed[:, None], np.where(self.readings.fresh, 0.0, step_s), SETTLED_S, {})
         top = np.quantile(late, OBSERVATIONS.top_speed_quantile)
-        moving: BoolArray = late[:, 0] > COMMANDED_AXIS.moving_share * top
+        moving: BoolArray = late[:, 0] > OBSERVATIONS.moving_share * top
         return moving
 
     @cached_property
@@ -212,9 +212,7 @@ class RecordedAxis:
         """How far reading and nominal prediction are apart: the spread of shapes of any size."""
         left = (self.observed - self.nominal)[self.rows]
         left = left - np.median(left) if self.robot.zero == "arbitrary" else left
-        most = np.quantile(left**2, COMMANDED_AXIS.clipped_quantile)
-        apart = float(np.sqrt(np.mean(np.clip(left**2, 0.0, most))))
-        return max(apart, 1e-12 * max(self.span, 1e-12))
+        return max(float(np.sqrt(np.mean(left**2))), 1e-12 * max(self.span, 1e-12))
 
     @cached_property
     def speeds(self) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from deltactl.diagnosis.observations.readings import FloatArray, IntArray, Readi
 from deltactl.diagnosis.observations.servo_preprocessing import Signals
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.options import FILE_SPREADS, LONE, SERVO_JOINTS
-from deltactl.diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
+from deltactl.diagnosis.plants.regressor import Columns, Regressor, Shown, Sizes
 from deltactl.models.chain.active import Active, activate
 from deltactl.models.chain.servo_delta import Course, ServoChain
 from deltactl.models.effects import card_of

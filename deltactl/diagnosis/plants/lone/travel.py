@@ -58,10 +58,10 @@ def ends_earlier_move(
         moves = np.flatnonzero(np.abs(commanded[first:end] - commanded[first]) > hair)
         stood = observed[first : first + moves[0] if len(moves) else end]
         away = np.abs(stood - np.nanmedian(stood)) if np.isfinite(stood).any() else stood
-        least = COMMANDED_AXIS.came_from_elsewhere * float(np.ptp(commanded))
+        least = COMMANDED_AXIS.settles_within * float(np.ptp(commanded))
         if not len(away) or not away[0] > max(least, COMMANDED_AXIS.coarsest_steps * hair):
             continue
-        there = np.flatnonzero(away < COMMANDED_AXIS.arrived_share * away[0])
+        there = np.flatnonzero(away < COMMANDED_AXIS.settles_within * away[0])
         if len(there) and t_s[first + there[0]] - t_s[first] < LONE.longest_lag_s:
             found[first : first + there[0]] = True
     return found
