@@ -228,13 +228,9 @@ def lugre(moved: Moved, dry: FloatArray, yields: FloatArray) -> FloatArray:
 
 
 def _dry(own: Machine, faults: Faults, moved: Moved, load: FloatArray, rng: Rng) -> FloatArray:
-    """Dry friction (m, joints) where bearings slide; the usual load is that of the drawing, in
-    motion.
-    """
+    """Dry friction (m, joints) where bearings slide; the usual load is that in motion."""
     slides = np.abs(moved.speed) > SLOW * np.max(np.abs(moved.speed), axis=0)
-    drawing = Faults(len(own.joints))
-    drawn = rigid(own, moved, drawing, drawing.dry) if faults.load_kg else load
-    usual = np.mean(np.abs(drawn), axis=0, where=slides)
+    usual = np.mean(np.abs(load), axis=0, where=slides)
     place = moved.at / own.reaches
     by_load = rng.integers(0, 2) * rng.uniform(0.0, BY_LOAD, len(usual))
     by_load = np.minimum(by_load, MOST_BY_LOAD * (own.dry + faults.dry) / usual)

@@ -43,6 +43,8 @@ class ChainOptions:
     """Pieces of a spline by which friction grows along the way, or a torque constant in time."""
     noise: float = 0.02
     """Usual noise of an effort, as a share of its root mean square."""
+    rounds: int = 4
+    """In which gain and load are found in turn; the third changes a gain by less than 0.1 %."""
 
 
 CHAIN = ChainOptions()
@@ -133,23 +135,27 @@ class JointEfforts(LeftOver):
 
     @cached_property
     def _by_load(self) -> FloatArray:
-        """Friction by the load of gears, with what links carry, less that at their links' usual."""
-        links = self._bare - self.chain.damping * self.moved.speed
-        beyond = np.abs(links + self._load_efforts @ self._carried) - self._usually(np.abs(links))
-        return self._low_passed(np.mean(self._held, axis=0) * beyond)
+        """Friction by the load of the gear, which its links are, less that at the usual load."""
+        load = np.abs(self._bare - self.chain.damping * self.moved.speed)
+        return self._low_passed(np.mean(self._held, axis=0) * (load - self._usually(load)))
 
     @cached_property
     def _carried(self) -> FloatArray:
-        """Most probable moments (10,) of a load beside all that acts at the joints, and drives that
-        are off by a share of all their effort.
+        """Most probable moments (10,) of a load beside all that acts at the joints.
+
+        A drive that is off gives a share of the load's effort, too: gain times load is no sum, so
+        that one of both has to be known first.
         """
-        spread = np.full(len(self.joints), FILE_SPREADS.gain_share)
-        drives = Columns(self._each(self._smooth), spread)
-        white = self.whitened([self._load, drives, *self._acting.values()])
-        left = self.layout.laid(self._filtered - self._needed)[self.rows] / self.usual[self.rows]
-        known = np.eye(white.shape[1]) + white.T @ white
-        size = np.linalg.solve(known, white.T @ left / CHAIN.noise)
-        return np.asarray(size[: len(BODY)] * self._load.spread)
+        moments, spread = np.zeros(len(BODY)), np.full(len(self.joints), FILE_SPREADS.gain_share)
+        left = self.layout.laid(self._filtered - self._needed)[self.rows]
+        left = left / (CHAIN.noise * self.usual[self.rows])
+        for _ in range(CHAIN.rounds):
+            drives = Columns(self._each(self._needed + self._load_efforts @ moments), spread)
+            white = self.whitened([self._load, drives, *self._acting.values()])
+            known = np.eye(white.shape[1]) + white.T @ white
+            size = np.linalg.solve(known, white.T @ left)
+            moments = size[: len(BODY)] * self._load.spread
+        return moments
 
     @cached_property
     def _acting(self) -> dict[str, Columns]:
