@@ -164,16 +164,6 @@ def test_nothing_is_found_where_nothing_is_hidden(robot: Path) -> None:
     assert answer.doubts == []
 
 
-def test_a_table_of_commands_and_angles_lacks_efforts_and_is_no_delta(robot: Path) -> None:
-    names = ["theta_1", "theta_2", "theta_3", "command_1", "command_2", "command_3"]
-    rows = np.outer(np.arange(200.0), np.ones(7)) * 0.01
-    table = robot.parent / "followed.csv"
-    np.savetxt(table, rows, "%.8g", ",", header=",".join(["t", *names]), comments="")
-    with pytest.raises(DeltactlError, match="effort_1") as refused:
-        diagnose([table], robot)
-    assert "delta" not in str(refused.value).replace("deltactl", "")
-
-
 @pytest.mark.study
 def test_what_the_robot_file_states_is_no_finding(robot: Path) -> None:
     stated = {"effect": "joint_friction", "component": "shoulder"}

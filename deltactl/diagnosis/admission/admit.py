@@ -6,7 +6,7 @@ the plants that the pipelines take apart. Every caller of the diagnosis passes t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -82,6 +82,16 @@ class ServoRobot:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """An arm without efforts, which its commands are compared with: each joint by itself."""
+
+    joints: Mapping[str, Machine]
+
+
+Admitted = Machine | ServoRobot | Followed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Admission:
     """What the door says of recordings of a robot.
 
@@ -94,9 +104,9 @@ class Admission:
     holdout: Sequence[FlatRecording]
     refusals: tuple[Refusal, ...] = ()
     doubts: tuple[Doubt, ...] = ()
-    machine: Machine | ServoRobot | None = None
+    machine: Admitted | None = None
 
-    def passed(self) -> Machine | ServoRobot:
+    def passed(self) -> Admitted:
         """The machine. Raises RefusedRecording with the first refusal, where there is one."""
         if self.machine is None:
             raise self.refusals[0].error()
@@ -177,7 +187,7 @@ def _machine(
     recordings: Sequence[FlatRecording],
     holdout: Sequence[FlatRecording],
     progress: Progress,
-) -> Machine | ServoRobot:
+) -> Admitted:
     """What the pipelines take apart. Raises RefusedRecording."""
     if isinstance(robot, ChainRobot):
         return _chain(robot, recordings, holdout)
@@ -260,7 +270,7 @@ def _joints(
 
 def _chain(
     robot: ChainRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
-) -> Machine:
+) -> Machine | Followed:
     """The joints of a chain, in motion or measured from outside.
 
     Raises ConfigError where its model does not hold them.
@@ -286,12 +296,30 @@ def _chain(
         return plant
 
     by_poses = all(measures_poses(robot.joints, one) for one in recordings)
+    if not by_poses and all(chain_columns.only_follows(robot, one) for one in recordings):
+        return _followed(robot, chain, recordings, holdout)
     plant: Callable[[Sequence[FlatRecording]], AnyPlant] = from_outside if by_poses else in_motion
     if robot.effort_gain == "unknown" and not by_poses:
         robot = in_motion(recordings).of_measured_gain()
     others, left_out = _held_out(plant, holdout)
     singles = [plant([one]) for one in recordings] if len(recordings) > 1 else []
     return Machine(plant(recordings), others, left_out, singles)
+
+
+def _followed(
+    robot: ChainRobot, chain: RigidChain,
+    recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording],
+) -> Followed:  # fmt: skip
+    """Each joint of a chain by its commands, under the weight that the model has there."""
+
+    def alone(recordings: Sequence[FlatRecording]) -> list[list[FlatRecording]]:
+        angles = [chain_columns.angles_in(robot, one) for one in recordings]
+        return [chain_columns.followed(chain, one) for one in angles]
+
+    seen, others, joints = alone(recordings), alone(holdout), {}
+    for j, axis in enumerate(chain_columns.joints_alone(robot, chain)):
+        joints[axis.name] = _lone(axis, [one[j] for one in seen], [one[j] for one in others])
+    return Followed(joints)
 
 
 def _lone(

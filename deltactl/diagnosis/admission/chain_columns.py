@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from deltactl.diagnosis.admission.columns import refuse_mostly_empty
 from deltactl.diagnosis.admission.options import ADMISSION
 from deltactl.diagnosis.admission.refusal import Doubt, doubt, refuse
 from deltactl.diagnosis.observations.options import OBSERVATIONS
-from deltactl.diagnosis.observations.readings import FloatArray
+from deltactl.diagnosis.observations.readings import FloatArray, bridged
 from deltactl.diagnosis.plants.chain.joint_efforts import CHAIN
 from deltactl.diagnosis.plants.chain.joint_motions import MEASURED, NEEDED, prepared
 from deltactl.diagnosis.plants.chain.plant import ChainPlant
@@ -17,10 +20,11 @@ from deltactl.diagnosis.plants.lone.forced_axis import FEWEST_IN_MOTION
 from deltactl.diagnosis.plants.lone.options import FORCED_AXIS
 from deltactl.foundation.printable import count
 from deltactl.models.rigid_chain import RigidChain
-from deltactl.models.robot import ChainRobot, RobotModel
+from deltactl.models.robot import ChainRobot, RobotModel, ServoAxis
 from deltactl.recording.tables.chain_tables import (
     QUATERNION,
     block,
+    by_joint,
     columns_of,
     counted,
     in_angles,
@@ -36,6 +40,8 @@ QUATERNION_OFF = 0.1
 """By which a quaternion's length may differ from 1: few decimals."""
 FARTHER_THAN_REACH = 20.0
 """Times the reach of a model within which places move: in mm they move a thousand times as far."""
+FOLLOWED = ("command", "theta")
+"""What joints have that are compared with their commands."""
 LEAST_ALIKE = 0.3
 """Share of the motion that no arm of this model leaves: joints in another order leave half."""
 
@@ -67,6 +73,40 @@ def check_joints(robot: ChainRobot, chain: RigidChain, recording: FlatRecording)
             refuse_mostly_empty(whole, name, "mostly_empty")
     for slides, (name, _) in zip(chain.slides, columns_of(robot.joints, "theta"), strict=True):
         _check_unit(source, name, slides, whole.columns[name])
+
+
+def only_follows(robot: ChainRobot, recording: FlatRecording) -> bool:
+    """Whether a recording has a command and an angle of every joint, and no efforts."""
+    read = {s: joint_columns(robot.joints, recording, s) for s in (*FOLLOWED, "effort")}
+    return all(read["command"]) and all(read["theta"]) and not any(read["effort"])
+
+
+def joints_alone(robot: ChainRobot, chain: RigidChain) -> list[ServoAxis]:
+    """Each joint of a chain as an axis that follows its commands."""
+    return [
+        ServoAxis(
+            kind="servo_axis", name=joint, motion="linear" if slides else "rotary", zero=robot.zero
+        )
+        for joint, slides in zip(robot.joints, chain.slides, strict=True)
+    ]
+
+
+def followed(chain: RigidChain, recording: FlatRecording) -> list[FlatRecording]:
+    """Command and position of each joint, and how the weight of the chain pulls at it."""
+    commands, at = (bridged_joints(chain.joints, recording, stem) for stem in FOLLOWED)
+    pulls = -chain.efforts(at, 0.0 * at, 0.0 * at)
+    each = zip(commands.T, at.T, pulls.T, strict=True)
+    return [
+        replace(recording, columns={"command": command, "position": angle, "load": pull}, extra={})
+        for command, angle, pull in each
+    ]
+
+
+def bridged_joints(joints: Sequence[str], recording: FlatRecording, stem: str) -> FloatArray:
+    """A column of each joint, (n, joints), with its holes bridged."""
+    whole = by_joint(joints, recording, (stem,))
+    names = [f"{stem}_{number}" for number in range(1, len(joints) + 1)]
+    return np.stack([bridged(whole, name) for name in names], axis=1)
 
 
 def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) -> None:

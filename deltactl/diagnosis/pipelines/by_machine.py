@@ -7,11 +7,12 @@ was asked for; what following costs is the torques' business.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from deltactl.diagnosis.admission.admit import Admission, Machine, ServoRobot
+from deltactl.diagnosis.admission.admit import Admission, Followed, Machine, ServoRobot
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
 from deltactl.diagnosis.experiment.next_motion import next_motion
@@ -29,6 +30,7 @@ from deltactl.diagnosis.report.in_words import in_words, kinds_of
 from deltactl.diagnosis.selection.named_first import Selected
 from deltactl.models.effects.chain_joints import chain_effects
 from deltactl.models.effects.kind import MOTORS
+from deltactl.models.effects.lone_axis import command_effects
 from deltactl.models.effects.servo_joints import SERVO_EFFECTS
 from deltactl.models.robot import ChainRobot, DeltaRobot, ServoAxis
 
@@ -48,6 +50,8 @@ def diagnosed(
         if not isinstance(machine.torques, Machine):
             return _alone(outside, machine.torques.says)
         return joined(_joints(machine.torques, progress), in_words(outside))
+    if isinstance(machine, Followed):
+        return _followed(machine, progress)
     if isinstance(machine.plant, DeltaPlant):
         return _delta(machine, progress, limits)
     if isinstance(machine.plant, ServoDelta):
@@ -92,6 +96,44 @@ def _axis(admission: Admission, machine: Machine, progress: Progress) -> Diagnos
     pull_said = not isinstance(robot, ServoAxis) or robot.gravity is not None
     answer = answer.model_copy(update={"pull_said": pull_said})
     return in_words(answer, kinds_of(robot, answer), robot.effects)
+
+
+def _followed(machine: Followed, progress: Progress) -> Diagnosis:
+    """An arm by its commands: figures and picture are those of the joint that departs most."""
+    each = {joint: _at(joint, _answered(one, progress)) for joint, one in machine.joints.items()}
+    most = max(each.values(), key=lambda one: (bool(one.findings), one.fit.rms_before_m))
+    found = [finding for one in each.values() for finding in one.findings]
+    nothing = [one.probability_nothing_missing for one in each.values()]
+    return most.model_copy(
+        update={
+            "verdict": _verdict([one.verdict for one in each.values()]),
+            "false_alarm_p": min(1.0, len(each) * min(one.false_alarm_p for one in each.values())),
+            "probability_nothing_missing": math.prod(p for p in nothing if p is not None),
+            "findings": sorted(found, key=lambda one: -one.evidence.delta_chi2),
+            "not_testable": [no for one in each.values() for no in one.not_testable],
+            "smallest_detectable": [s for one in each.values() for s in one.smallest_detectable],
+        }
+    )
+
+
+def _at(joint: str, answer: Diagnosis) -> Diagnosis:
+    """The answer on an axis as that on a joint of an arm, in words."""
+    fields = ("findings", "not_testable", "smallest_detectable")
+    moved = {
+        name: [one.model_copy(update={"component": joint}) for one in getattr(answer, name)]
+        for name in fields
+    }
+    moved["findings"] = [
+        one.model_copy(
+            update={
+                "alternatives": [
+                    other.model_copy(update={"component": joint}) for other in one.alternatives
+                ]
+            }
+        )
+        for one in moved["findings"]
+    ]
+    return in_words(answer.model_copy(update=moved), command_effects("rotary"))
 
 
 def _joints(machine: Machine, progress: Progress) -> Diagnosis:
