@@ -92,6 +92,10 @@ class Rows:
     """(m,) number of the run of equal values that each row lies in."""
     unsampled: FloatArray | None = None
     """(n,) standard deviation of what a row owes to the course of the command between samples."""
+    asked: IntArray | None = None
+    """(m,) number of the place that was commanded,"""
+    asked_rounding: float = 0.0
+    """and the standard deviation of its rounding, which is the same each time at one place."""
 
 
 def tempered(
@@ -107,6 +111,9 @@ def tempered(
     extra = np.zeros(len(rows)) if read.unsampled is None else read.unsampled[rows]
     once = np.arange(len(rows)) if read.once is None else read.once
     single = 1.0 / np.sqrt(np.bincount(once)[once])
+    if read.asked is not None:
+        times = np.bincount(read.asked, single**2)[read.asked]
+        extra = np.hypot(extra, read.asked_rounding * np.sqrt(times))
     weight = spike_weights(left, read.kinds[rows]) * single
     sigma = _by_kind(read, left, weight, extra)
     sampled = sigma**2 / (sigma**2 + extra**2)

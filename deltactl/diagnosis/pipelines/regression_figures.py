@@ -52,7 +52,7 @@ def beyond_noise(selected: Selected) -> Rest:
         return Rest(1.0)
     between = 0.0 if plant.unsampled is None else selected.noise.rms(plant.unsampled[rows])
     digits = EVIDENCE.digits * selected.noise.rms((plant.observed + plant.drawn_on)[rows])
-    left_out = _left_by_file(selected) + between**2 + digits**2
+    left_out = _left_by_file(selected) + between**2 + plant.asked_rounding**2 + digits**2
     size = math.sqrt(max(selected.noise.rms(steady[rows]) ** 2 - left_out, 0.0))
     p = bounds.chance(size)
     share = 1.0 - (bounds.largest(VERDICT.alarm) / size) ** 2 if seen(p) else 0.0

@@ -25,6 +25,8 @@ class AsRead:
     """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
     rounding = 0.0
     """Standard deviation of the rounding of a reading, in `unit`."""
+    asked_rounding = 0.0
+    """Standard deviation of the rounding of a command, in `unit`."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
 

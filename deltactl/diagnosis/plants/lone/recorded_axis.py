@@ -79,6 +79,9 @@ class RecordedAxis:
         self.resolution = step_of(self.readings.values[:, 0])
         """Smallest step of the reading: no play below it can be distinguished from rounding."""
         self.rounding = self.resolution / float(np.sqrt(12.0))
+        # Steps are what a motor does; a command of coarser steps than the reading is as it was given.
+        own = 0.0 if self._motor else min(step_of(self.nominal), self.resolution)
+        self.asked_rounding = own / float(np.sqrt(12.0))
         self.rows = self._rows()
         self.kinds = self._moving()
 
