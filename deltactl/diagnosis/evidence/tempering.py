@@ -74,7 +74,7 @@ def _of_residual(
     least = max(plant.rounding, digits, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
-    asked = np.unique(expected[rows], return_inverse=True)[1] if plant.asked_rounding else None
+    asked = None if plant.asked is None else plant.asked[rows]
     read = Rows(
         rows, groups, plant.kinds, plant.noises, least, once, plant.unsampled,
         asked, plant.asked_rounding,

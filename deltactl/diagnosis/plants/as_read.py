@@ -26,7 +26,9 @@ class AsRead:
     rounding = 0.0
     """Standard deviation of the rounding of a reading, in `unit`."""
     asked_rounding = 0.0
-    """Standard deviation of the rounding of a command, in `unit`."""
+    """Standard deviation of the rounding of a command, in `unit`,"""
+    asked: IntArray | None = None
+    """and (n,) the number of each place that was commanded, where it is the same each time."""
     averages = False
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
 

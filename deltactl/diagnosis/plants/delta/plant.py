@@ -354,11 +354,11 @@ class DeltaPlant(AnswerNearPoint):
     def _other_starts(
         self, terms: Sequence[Term], white: FloatArray
     ) -> dict[int, list[FloatArray]]:
-        """Places of the cards from which new effects that are not linear may start as well."""
+        """Places of the cards from which effects that are not linear may start as well."""
         found: dict[int, list[FloatArray]] = {}
         for number, term in enumerate(terms):
             candidate = term.candidate
-            if is_straight(candidate) or key_of(candidate) in self.at_work:
+            if is_straight(candidate):
                 continue
             rest = self.around.with_terms([*terms[:number], *terms[number + 1 :]])
             left, taken = self.own_noise.whiten(self.observed - rest), Absorbed(white)

@@ -21,6 +21,7 @@ from deltactl.diagnosis.observations.readings import (
     gather,
     known_loads,
 )
+from deltactl.diagnosis.observations.rounded_commands import unrounded
 from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
@@ -70,20 +71,30 @@ class RecordedAxis:
         self.commanded = np.concatenate([commanded(robot, one) for one in recordings])
         self.t_s = sampling_times(self.readings.t_s, self.readings.fresh, self.commanded)
         self.readings = replace(self.readings, t_s=self.t_s)
+        self.resolution = step_of(self.readings.values[:, 0])
+        """Smallest step of the reading: no play below it can be distinguished from rounding."""
+        self.rounding = self.resolution / float(np.sqrt(12.0))
+        self._restore_commands()
         self._commands = [
             Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
             for p in self.parts
         ]
         self.pull = self._pull(recordings)
         self._foretell()
-        self.resolution = step_of(self.readings.values[:, 0])
-        """Smallest step of the reading: no play below it can be distinguished from rounding."""
-        self.rounding = self.resolution / float(np.sqrt(12.0))
-        # Steps are what a motor does; a command of coarser steps than the reading is as it was given.
-        own = 0.0 if self._motor else min(step_of(self.nominal), self.resolution)
-        self.asked_rounding = own / float(np.sqrt(12.0))
         self.rows = self._rows()
         self.kinds = self._moving()
+
+    def _restore_commands(self) -> None:
+        """Less the rounding of a log; a motor's steps are what it does, and a command of coarser
+        steps than the reading is as it was given.
+        """
+        step = 0.0 if self._motor else step_of(self.commanded)
+        if not 0.0 < step <= 1.001 * self.resolution:
+            return
+        self.asked_rounding = step / float(np.sqrt(12.0))
+        self.asked = np.unique(np.rint(self.commanded / step), return_inverse=True)[1]
+        groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.commanded = unrounded(self.commanded, step, groups)
 
     def _foretell(self) -> None:
         """By the robot file (n,), and what its effects may leave; each recording for itself."""
