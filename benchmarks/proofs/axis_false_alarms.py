@@ -2,8 +2,8 @@
 
     python -m benchmarks.proofs.axis_false_alarms [--cases 100] [--seed 1] [--kinds "range sensor"]
 
-Axes with commands (fine and coarse encoder, stepper), with effort, and range sensors, 15 to 60 s
-long, noise with a correlation of 0 to 0.9 from sample to sample (tests/axes/axis_rigs.py).
+Axes with commands (fine and coarse encoder, log in counts, stepper), with effort, and range
+sensors, 15 to 60 s long, noise with a correlation of 0 to 0.9 from sample to sample (tests/axes/axis_rigs.py).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 
@@ -27,7 +28,19 @@ STEPS = StepperAxis(
     kind="stepper_axis", name="steps", drive=Drive(microsteps_per_rev=1600, gear_ratio=10)
 )
 RANGES = RangeSensor(kind="range_sensor", name="ranges")
+COUNT_RAD = 1.5e-3
 Run = Callable[[int, float, float], Diagnosis]
+
+
+def _in_counts(seed: int, span_s: float, rho: float) -> Diagnosis:
+    """A drive whose log has command and reading in counts of its encoder; noise of half a count."""
+    rig = FollowingRig(rho=rho, noise=0.5 * COUNT_RAD, encoder_step=COUNT_RAD)
+    log = rig.record(seed, span_s=span_s)
+    command = COUNT_RAD * np.round(log.columns["command"] / COUNT_RAD)
+    rounded = replace(log, columns={**log.columns, "command": command})
+    return diagnose_recordings(FOLLOWS, [rounded])
+
+
 KINDS: dict[str, Run] = {
     "commands": lambda seed, s, rho: diagnose_recordings(
         FOLLOWS, [FollowingRig(rho=rho).record(seed, span_s=s)]
@@ -35,6 +48,7 @@ KINDS: dict[str, Run] = {
     "coarse encoder": lambda seed, s, rho: diagnose_recordings(
         FOLLOWS, [FollowingRig(rho=rho, noise=1e-4, encoder_step=1.5e-3).record(seed, span_s=s)]
     ),
+    "log in counts": _in_counts,
     "stepper": lambda seed, s, rho: diagnose_recordings(
         STEPS, [FollowingRig(rho=rho).record(seed, span_s=s, names="command_1 theta_1")]
     ),
