@@ -3,7 +3,8 @@
     python -m benchmarks.proofs.axis_false_alarms [--cases 100] [--seed 1] [--kinds "range sensor"]
 
 Axes with commands (fine and coarse encoder, log in counts, stepper), with effort, and range
-sensors, 15 to 60 s long, noise with a correlation of 0 to 0.9 from sample to sample (tests/axes/axis_rigs.py).
+sensors, 15 to 60 s long, noise with a correlation of 0 to 0.9 from sample to sample
+(tests/axes/axis_rigs.py).
 """
 
 from __future__ import annotations
