@@ -187,9 +187,9 @@ def probability_of(selected: Selected, regressor: Regressor) -> float:
 def _imitated(
     selected: Selected, regressor: Regressor, probability: float, gain: float
 ) -> Alternative | None:
-    """The unknown in whose place a name is, which it rather imitates."""
+    """The unknown of any shape in whose place a name is, which it rather imitates."""
     every = [r for r in selected.plant.regressors if r.key in selected.best.found]
-    unknown = [r for r in every if r.unknown and not r.left_over]
+    unknown = [r for r in every if r.unknown and not r.saturated]
     if regressor.unknown or regressor.component not in {r.component for r in unknown}:
         return None
     return Alternative(

@@ -51,9 +51,7 @@ class CredibleOptions:
     three were wrong."""
     beside_in_place: float = 0.05
     """Chance that a name is a cause of its own in the place of an unknown: of 16 such claims in 105
-    proof cases of seed 27182818, none was true. From the same cases are"""
-    everywhere: float = 0.15
-    """the odds that what is unknown acts on the whole machine, before names are counted,"""
+    proof cases of seed 27182818, none was true."""
 
 
 SELECTION = SelectionOptions()
