@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -93,20 +92,16 @@ def joints_alone(robot: ChainRobot, chain: RigidChain) -> list[ServoAxis]:
 
 def followed(chain: RigidChain, recording: FlatRecording) -> list[FlatRecording]:
     """Command and position of each joint, and how the weight of the chain pulls at it."""
-    commands, at = (bridged_joints(chain.joints, recording, stem) for stem in FOLLOWED)
-    pulls = -chain.efforts(at, 0.0 * at, 0.0 * at)
-    each = zip(commands.T, at.T, pulls.T, strict=True)
+    whole = by_joint(chain.joints, recording, FOLLOWED)
+    numbers = range(1, len(chain.joints) + 1)
+    at = np.stack([bridged(whole, f"theta_{n}") for n in numbers], axis=1)
+    names = [{"command": f"command_{n}", "position": f"theta_{n}"} for n in numbers]
+    each = [{axis: whole.columns[name] for axis, name in own.items()} for own in names]
+    pulls = -chain.efforts(at, 0.0 * at, 0.0 * at).T
     return [
-        replace(recording, columns={"command": command, "position": angle, "load": pull}, extra={})
-        for command, angle, pull in each
+        replace(recording, columns={**columns, "load": pull}, extra={})
+        for columns, pull in zip(each, pulls, strict=True)
     ]
-
-
-def bridged_joints(joints: Sequence[str], recording: FlatRecording, stem: str) -> FloatArray:
-    """A column of each joint, (n, joints), with its holes bridged."""
-    whole = by_joint(joints, recording, (stem,))
-    names = [f"{stem}_{number}" for number in range(1, len(joints) + 1)]
-    return np.stack([bridged(whole, name) for name in names], axis=1)
 
 
 def check_poses(robot: ChainRobot, chain: RigidChain, recording: FlatRecording) -> None:

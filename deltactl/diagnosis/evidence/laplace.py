@@ -52,9 +52,6 @@ class Laplace:
         """Every set that was evaluated."""
         return list(self._known.values())
 
-    def __contains__(self, keys: frozenset[str]) -> bool:
-        return keys in self._known
-
     def __call__(self, keys: Iterable[str], start_from: Sequence[Explanation] = ()) -> Explanation:
         """The best fit of a set; starts: from explanations of parts of it, and of more than it."""
         wanted = frozenset(keys)
@@ -83,7 +80,7 @@ class Laplace:
 
     def _best(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> Explanation:
         begins: list[Point] = []
-        if self._before is not None and keys in self._before:
+        if self._before is not None and keys in self._before._known:
             begins.append(self._before(keys).sizes)
         else:
             parts: list[Explanation | None] = [part for part in start_from if part.keys <= keys]
@@ -217,11 +214,9 @@ class Laplace:
         target = self._targets.get(id(base))
         if target is None:
             target = Target(base, self.noise.whiten(self.plant.observed - base))
-            self._targets = {**self._last_targets(), id(base): target}
+            last = list(self._targets.items())[1 - EVIDENCE.targets_kept :]
+            self._targets = {**dict(last), id(base): target}
         return target
-
-    def _last_targets(self) -> dict[int, Target]:
-        return dict(list(self._targets.items())[1 - EVIDENCE.targets_kept :])
 
     def _block(self, key: str, columns: Columns) -> Block:
         """Whitened columns times their spreads; kept, since most are the same at every point."""

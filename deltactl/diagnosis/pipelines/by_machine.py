@@ -46,10 +46,7 @@ def diagnosed(
     """
     machine = admission.passed()
     if isinstance(machine, ServoRobot):
-        outside = _delta(machine.outside, progress, limits)
-        if not isinstance(machine.torques, Machine):
-            return _alone(outside, machine.torques.says)
-        return joined(_joints(machine.torques, progress), in_words(outside))
+        return _servo(machine, progress, limits)
     if isinstance(machine, Followed):
         return _followed(machine, progress)
     if isinstance(machine.plant, DeltaPlant):
@@ -70,6 +67,18 @@ def _delta(machine: Machine, progress: Progress, limits: MotionLimits | None) ->
         return next_run(near, selected.posterior.explanations, limits)
 
     return _answered(machine, progress, runs)
+
+
+def _servo(machine: ServoRobot, progress: Progress, limits: MotionLimits | None) -> Diagnosis:
+    """A servo delta: its geometry, and its joints where their torques could be read."""
+    outside = _delta(machine.outside, progress, limits)
+    if not isinstance(machine.torques, Machine):
+        return _alone(outside, machine.torques.says)
+    outside = in_words(outside)
+    untested = [one for one in outside.not_testable if one.effect not in SERVO_EFFECTS]
+    geometry = outside.model_copy(update={"not_testable": untested})
+    whole = joined([_joints(machine.torques, progress), geometry])
+    return whole.model_copy(update={name: getattr(outside, name) for name in OF_GEOMETRY})
 
 
 def _answered(
@@ -99,40 +108,24 @@ def _axis(admission: Admission, machine: Machine, progress: Progress) -> Diagnos
 
 
 def _followed(machine: Followed, progress: Progress) -> Diagnosis:
-    """An arm by its commands: figures and picture are those of the joint that departs most."""
-    each = {joint: _at(joint, _answered(one, progress)) for joint, one in machine.joints.items()}
-    most = max(each.values(), key=lambda one: (bool(one.findings), one.fit.rms_before_m))
-    found = [finding for one in each.values() for finding in one.findings]
-    nothing = [one.probability_nothing_missing for one in each.values()]
-    return most.model_copy(
-        update={
-            "verdict": _verdict([one.verdict for one in each.values()]),
-            "false_alarm_p": min(1.0, len(each) * min(one.false_alarm_p for one in each.values())),
-            "probability_nothing_missing": math.prod(p for p in nothing if p is not None),
-            "findings": sorted(found, key=lambda one: -one.evidence.delta_chi2),
-            "not_testable": [no for one in each.values() for no in one.not_testable],
-            "smallest_detectable": [s for one in each.values() for s in one.smallest_detectable],
-        }
-    )
+    """An arm by its commands, joint by joint."""
+    return joined([_at(name, _answered(one, progress)) for name, one in machine.joints.items()])
 
 
 def _at(joint: str, answer: Diagnosis) -> Diagnosis:
     """The answer on an axis as that on a joint of an arm, in words."""
-    fields = ("findings", "not_testable", "smallest_detectable")
-    moved = {
-        name: [one.model_copy(update={"component": joint}) for one in getattr(answer, name)]
-        for name in fields
-    }
-    moved["findings"] = [
-        one.model_copy(
-            update={
-                "alternatives": [
-                    other.model_copy(update={"component": joint}) for other in one.alternatives
-                ]
-            }
-        )
-        for one in moved["findings"]
+
+    def there(parts: Sequence[Any]) -> list[Any]:
+        return [one.model_copy(update={"component": joint}) for one in parts]
+
+    found = [
+        one.model_copy(update={"alternatives": there(one.alternatives)}) for one in answer.findings
     ]
+    moved = {
+        "findings": there(found),
+        "not_testable": there(answer.not_testable),
+        "smallest_detectable": there(answer.smallest_detectable),
+    }
     return in_words(answer.model_copy(update=moved), command_effects("rotary"))
 
 
@@ -173,6 +166,7 @@ def _posed(machine: Machine, progress: Progress) -> Diagnosis:
     return in_words(answer, chain_effects(slides, plant.chain.tip), plant.robot.effects)
 
 
+OF_GEOMETRY = ("loosely_built", "allowed_for", "next_experiment")
 DRAWN = ("observed", "before", "after", "counted")
 OF_A_JOINT = {"position": "theta", "velocity": "speed"}
 """Covariates of joints that are drawn, and what they are called with the number of a joint."""
@@ -236,23 +230,22 @@ def _alone(outside: Diagnosis, why: str) -> Diagnosis:
     return outside.model_copy(update={"not_testable": untested, "not_read": [why]})
 
 
-def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
-    """Findings of both; figures and pictures are those of the part that found more."""
-    first, second = (
-        (torques, outside) if _weight(torques) >= _weight(outside) else (outside, torques)
-    )
-    untested = [one for one in outside.not_testable if one.effect not in SERVO_EFFECTS]
+def joined(parts: Sequence[Diagnosis]) -> Diagnosis:
+    """Findings of parts of one machine; figures and picture are those of the part that found most.
+
+    A smaller p by chance is the likelier, the more parts are looked at.
+    """
+    first = max(parts, key=_weight)
+    nothing = [one.probability_nothing_missing for one in parts]
+    others = [found for one in parts if one is not first for found in one.findings]
     return first.model_copy(
         update={
-            "verdict": _verdict([torques.verdict, outside.verdict]),
-            # Two looks at one machine: the smaller p by chance is likelier.
-            "false_alarm_p": min(1.0, 2.0 * min(torques.false_alarm_p, outside.false_alarm_p)),
-            "findings": [*first.findings, *second.findings],
-            "not_testable": [*torques.not_testable, *untested],
-            "smallest_detectable": [*torques.smallest_detectable, *outside.smallest_detectable],
-            "loosely_built": outside.loosely_built,
-            "allowed_for": outside.allowed_for,
-            "next_experiment": outside.next_experiment,
+            "verdict": _verdict([one.verdict for one in parts]),
+            "false_alarm_p": min(1.0, len(parts) * min(one.false_alarm_p for one in parts)),
+            "probability_nothing_missing": math.prod(p for p in nothing if p is not None),
+            "findings": [*first.findings, *others],
+            "not_testable": [no for one in parts for no in one.not_testable],
+            "smallest_detectable": [size for one in parts for size in one.smallest_detectable],
         }
     )
 

@@ -63,10 +63,6 @@ class NearPoint:
         """Log prior odds that a machine is built with as much care as this one is taken for."""
         return 0.0
 
-    def carefully(self) -> RegressionPlant | None:
-        """The same, built as its file says whatever is chosen; None where it is so already."""
-        return None
-
     def is_far(self, before: float, after: float) -> bool:
         """Whether so much was explained near a point that what is left may be what is not linear.
 

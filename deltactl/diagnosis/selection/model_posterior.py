@@ -118,17 +118,9 @@ class HillClimb:
         return posterior(self._mine())
 
     def _better(self, here: Explanation, least: float) -> Explanation | None:
-        """The best set one move away; None where none is better.
-
-        A large set has many exchanges, which seldom hold while additions still help: they are tried
-        once no other move helps.
-        """
-        few = len(here.keys - self.kept) <= SELECTION.exchanged_up_to
-        few = few and not self.evidence.plant.messy  # whose columns are many
-        ways = [[self._moves, self._exchanges]] if few else [[self._moves], [self._exchanges]]
-        for together in [*ways, [self._smaller]]:
-            tried = [one for way in together for one in way(here)]
-            best = max(tried, key=lambda e: e.log_evidence, default=here)
+        """The best set one move away; None where none is better."""
+        for way in (lambda e: [*self._moves(e), *self._exchanges(e)], self._smaller):
+            best = max(way(here), key=lambda e: e.log_evidence, default=here)
             if best.log_evidence > here.log_evidence + SELECTION.better_by:
                 return best
             if here.log_evidence < least:

@@ -8,7 +8,6 @@ regressors that are neither sure nor out of the question are chosen once more be
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -141,30 +140,13 @@ def _beside(
     sizes = {k: v for k, v in named.best.sizes.items() if k.rpartition(".")[0] in sure}
     plant.keep_beside(shapes_of(plant, sure, sizes))
     free = Laplace(plant, free.noise)
-    kept = _pruned(free, sure | unknown, unknown)
     likely = {key for key, p in chances.items() if p > SELECTION.open}
-    opened = sorted((likely - unknown - sure) | (sure - kept))
-    both = HillClimb(free, kept, among=opened).run()
+    opened = sorted(likely | sure | unknown)
+    climb = HillClimb(free, among=opened)
+    climb.climbed(sure | unknown)
+    both = climb.posterior()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(plant, free, both, found, nothing, named.best, _shift(plant, both.best), free)
-
-
-def _pruned(evidence: Laplace, keys: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
-    """What of a set is left when all is taken out without which the evidence is better.
-
-    A named regressor may have stood in for an unknown, or the two make up for each other: a wave
-    and a spline that together are nothing. So an unknown is also taken out with another.
-    """
-    here = evidence(keys)
-    while here.keys:
-        less = [here.keys - {key} for key in here.keys]
-        pairs = itertools.product(here.keys & unknown, here.keys - unknown)
-        less += [here.keys - set(pair) for pair in pairs]
-        best = max((evidence(some, [here]) for some in less), key=lambda e: e.log_evidence)
-        if best.log_evidence <= here.log_evidence:
-            break
-        here = best
-    return here.keys
 
 
 def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:

@@ -47,7 +47,7 @@ class NearPoints:
         Names first; then what has no name competes with them, beside the names and in their place.
         """
         first = self._as_built(self.plant)
-        named = self._as_careful(self._settled(self.plant, first))
+        named = self._settled(self.plant, first)
         progress("what the named effects leave")
         beside, opened = named[0].opened(), self.plant.opened() if named[0].point else None
         found = [named]
@@ -88,22 +88,12 @@ class NearPoints:
         first = self._as_built(opened)
         return self._settled(opened, first) if first[2].keys - opened.fitted else None
 
-    def _as_careful(self, found: Found) -> Found:
-        """The same, or what is chosen if the machine is built as its file says, by the evidence.
-
-        Where tolerances take part of an effect, its own best fit is not reached.
-        """
-        careful = found[0].carefully()
-        if careful is None:
-            return found
-        return _better([self._settled(careful), found])
-
     def _settled(self, plant: RegressionPlant, first: Found | None = None) -> Found:
         """Chosen near a point, fitted to its end, and again near there until it stays.
 
         first: what was chosen near the point, where that is known.
         """
-        visited: dict[frozenset[str], RegressionPlant] = {}
+        visited: dict[frozenset[str], tuple[RegressionPlant, frozenset[str]]] = {}
         for _ in range(SELECTION.most_points):
             plant, climb, best = first or self._as_built(plant)
             first = None
@@ -113,18 +103,13 @@ class NearPoints:
             if named in visited:
                 break
             plant = plant.moved_to(best)
-            visited[named] = plant
-            self._met.append((plant, plant.point | (best.keys - named)))
-        noise = plant.noise_over(list(visited.values()))
-        tried = []
-        for one in visited.values():
-            unfitted = sorted({r.key for r in one.regressors} - one.fitted | one.point)
-            climb = HillClimb(Laplace(one, noise), among=unfitted)
-            tried.append((one, climb, climb.climbed()))
-        plant, climb, best = max(tried, key=lambda each: each[2].log_evidence)
-        climb = HillClimb(climb.evidence)
-        climb.looked_around(best)
-        return plant, climb, best
+            visited[named] = plant, plant.point | (best.keys - named)
+            self._met.append(visited[named])
+        noise = plant.noise_over([one for one, _ in visited.values()])
+        plant, keys = max(visited.values(), key=lambda one: _evidence(one[0], one[1], noise))
+        climb = HillClimb(Laplace(plant, noise))
+        climb.looked_around(climb.evidence(keys))
+        return plant, climb, climb.evidence(keys)
 
     def _as_built(self, plant: RegressionPlant) -> Found:
         """The best set under the tolerances that the evidence prefers."""

@@ -15,9 +15,6 @@ class SelectionOptions:
     """At one component in one set: more were never distinguished in one recording."""
     pairs_up_to: int = 1
     """Regressors in a set up to which two more are added at once, as some show only together."""
-    exchanged_up_to: int = 6
-    """Regressors in a set up to which each is exchanged for others at every move; of larger sets
-    where nothing else is better."""
     naming_rounds: int = 3
     """How often named effects are chosen under the noise that the last choice leaves."""
     sure: float = 0.95

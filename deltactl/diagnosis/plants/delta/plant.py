@@ -50,7 +50,6 @@ class DeltaPlant(AnswerNearPoint):
 
     averages = True
     at_once = DELTA_FITS.at_once
-    _only_careful = False
 
     def __init__(
         self,
@@ -281,8 +280,6 @@ class DeltaPlant(AnswerNearPoint):
         """The same as if it had been built with other care, each with its log prior odds."""
         found = []
         _ = self.own_noise, self._columns  # once, before copies are made
-        if self._only_careful:
-            return [(0.0, self)]
         for care in PENALTIES.care:
             other = self._with_care(care)
             found.append((other.odds_of_care, self if care == self.careful else other))
@@ -298,14 +295,6 @@ class DeltaPlant(AnswerNearPoint):
     def odds_of_care(self) -> float:
         """See `RegressionPlant`."""
         return 0.0 if self.careful == PENALTIES.most_careful else PENALTIES.careless
-
-    def carefully(self) -> DeltaPlant | None:
-        """See `RegressionPlant`."""
-        if self.careful == PENALTIES.most_careful:
-            return None
-        plain = self._with_care(PENALTIES.most_careful)
-        plain._only_careful = True
-        return plain
 
     def moved_to(self, explanation: Explanation) -> DeltaPlant:
         """The same near a set that was fitted to its end from what was found here."""
@@ -324,9 +313,7 @@ class DeltaPlant(AnswerNearPoint):
         around = Around(self.recorded.model, (), always)
         terms = fitted_to_end(around, self.observed, noise, white, start, others)
         kept_open = [self.unknown[key] for key in self.unknown]
-        there = DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
-        there._only_careful = self._only_careful
-        return there
+        return DeltaPlant(self.recorded, terms, self, self.careful, kept_open, always)
 
     def is_far(self, before: float, after: float) -> bool:
         """See `RegressionPlant`."""
