@@ -6,7 +6,7 @@ the plants that the pipelines take apart. Every caller of the diagnosis passes t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -81,14 +81,9 @@ class ServoRobot:
     torques: Machine | Refusal
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Followed:
-    """An arm without efforts, which its commands are compared with: each joint by itself."""
-
-    joints: Mapping[str, Machine]
-
-
-Admitted = Machine | ServoRobot | Followed
+ByJoint = dict[str, Machine]
+"""An arm without efforts, which its commands are compared with: each joint by itself."""
+Admitted = Machine | ServoRobot | ByJoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -270,7 +265,7 @@ def _joints(
 
 def _chain(
     robot: ChainRobot, recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording]
-) -> Machine | Followed:
+) -> Machine | ByJoint:
     """The joints of a chain, in motion or measured from outside.
 
     Raises ConfigError where its model does not hold them.
@@ -309,17 +304,18 @@ def _chain(
 def _followed(
     robot: ChainRobot, chain: RigidChain,
     recordings: Sequence[FlatRecording], holdout: Sequence[FlatRecording],
-) -> Followed:  # fmt: skip
+) -> ByJoint:  # fmt: skip
     """Each joint of a chain by its commands, under the weight that the model has there."""
 
     def alone(recordings: Sequence[FlatRecording]) -> list[list[FlatRecording]]:
         angles = [chain_columns.angles_in(robot, one) for one in recordings]
         return [chain_columns.followed(chain, one) for one in angles]
 
-    seen, others, joints = alone(recordings), alone(holdout), {}
-    for j, axis in enumerate(chain_columns.joints_alone(robot, chain)):
-        joints[axis.name] = _lone(axis, [one[j] for one in seen], [one[j] for one in others])
-    return Followed(joints)
+    seen, others = alone(recordings), alone(holdout)
+    return {
+        axis.name: _lone(axis, [one[j] for one in seen], [one[j] for one in others])
+        for j, axis in enumerate(chain_columns.joints_alone(robot, chain))
+    }
 
 
 def _lone(

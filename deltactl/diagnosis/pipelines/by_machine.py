@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from deltactl.diagnosis.admission.admit import Admission, Followed, Machine, ServoRobot
+from deltactl.diagnosis.admission.admit import Admission, Machine, ServoRobot
 from deltactl.diagnosis.admission.axis_match import check_together, too_large
 from deltactl.diagnosis.answer.records import Diagnosis, NotTestable, Picture, Verdict
 from deltactl.diagnosis.experiment.next_motion import next_motion
@@ -47,8 +47,8 @@ def diagnosed(
     machine = admission.passed()
     if isinstance(machine, ServoRobot):
         return _servo(machine, progress, limits)
-    if isinstance(machine, Followed):
-        return _followed(machine, progress)
+    if isinstance(machine, dict):
+        return joined([_at(name, _answered(one, progress)) for name, one in machine.items()])
     if isinstance(machine.plant, DeltaPlant):
         return _delta(machine, progress, limits)
     if isinstance(machine.plant, ServoDelta):
@@ -105,11 +105,6 @@ def _axis(admission: Admission, machine: Machine, progress: Progress) -> Diagnos
     pull_said = not isinstance(robot, ServoAxis) or robot.gravity is not None
     answer = answer.model_copy(update={"pull_said": pull_said})
     return in_words(answer, kinds_of(robot, answer), robot.effects)
-
-
-def _followed(machine: Followed, progress: Progress) -> Diagnosis:
-    """An arm by its commands, joint by joint."""
-    return joined([_at(name, _answered(one, progress)) for name, one in machine.joints.items()])
 
 
 def _at(joint: str, answer: Diagnosis) -> Diagnosis:

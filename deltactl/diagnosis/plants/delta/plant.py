@@ -278,12 +278,9 @@ class DeltaPlant(AnswerNearPoint):
 
     def built(self) -> list[tuple[float, DeltaPlant]]:
         """The same as if it had been built with other care, each with its log prior odds."""
-        found = []
         _ = self.own_noise, self._columns  # once, before copies are made
-        for care in PENALTIES.care:
-            other = self._with_care(care)
-            found.append((other.odds_of_care, self if care == self.careful else other))
-        return found
+        every = [self if care == self.careful else self._with_care(care) for care in PENALTIES.care]
+        return [(one.odds_of_care, one) for one in every]
 
     def _with_care(self, care: float) -> DeltaPlant:
         other = copy(self)
