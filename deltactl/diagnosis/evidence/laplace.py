@@ -338,11 +338,12 @@ class Laplace:
         """
         if not self._linear:
             return math.inf
-        target, taken = self._target(self.plant.base(keys, {})), self._taken(keys)
-        own = [np.delete(self._spans[""], taken), *(self._spans[key] for key in sorted(keys))]
-        places = np.concatenate(own)
-        root = np.linalg.cholesky(self._whole[places[:, None], places])
-        share = target.share_of_all(self._all_blocks)[places]
+        (target, blocks), taken = self._whitened(keys, {}), self._taken(keys)
+        known = self._gram(blocks, taken)
+        known[np.diag_indices_from(known)] += 1.0
+        share = target.share(blocks)
+        share[taken] = 0.0
+        root = np.linalg.cholesky(known)
         explained = solve_triangular(root, share, lower=True, check_finite=False)
         cost = target.power - float(explained @ explained)
         occam = 2.0 * float(np.sum(np.log(np.diag(root))))
@@ -351,24 +352,6 @@ class Laplace:
     @cached_property
     def _linear(self) -> bool:
         return not any(one.sizes for one in self.by_key.values())
-
-    @cached_property
-    def _all_blocks(self) -> list[Block]:
-        return self._whitened(frozenset(self.by_key), {})[1]
-
-    @cached_property
-    def _spans(self) -> dict[str, IntArray]:
-        """Where the columns of each regressor are among all."""
-        ends = np.cumsum([0, *(shape.shape[1] for _, shape in self._all_blocks)])
-        found = dict.fromkeys(("", *self.by_key), np.arange(0))
-        pairs = zip(self._all_blocks, ends, strict=False)
-        return found | {key: at + np.arange(shape.shape[1]) for (key, shape), at in pairs}
-
-    @cached_property
-    def _whole(self) -> FloatArray:
-        """Inverse covariance (p, p) of all sizes together."""
-        gram = self._products.of(self._all_blocks)
-        return gram + np.eye(len(gram))
 
     def _odds(self, keys: frozenset[str], point: Point) -> float:
         """Log prior odds of a set; rows it calls silent are as improbable as rows with noise."""

@@ -46,13 +46,6 @@ class Target:
     def __init__(self, base: FloatArray, white: FloatArray):
         self.base, self.white, self.power = base, white, float(white @ white)
         self._shares: dict[str, tuple[Block, FloatArray]] = {}
-        self._all: FloatArray | None = None
-
-    def share_of_all(self, blocks: list[Block]) -> FloatArray:
-        """Scalar products (p,) of all columns that there are, which never change."""
-        if self._all is None:
-            self._all = self.share(blocks)
-        return self._all
 
     def share(self, blocks: list[Block]) -> FloatArray:
         """Scalar products (p,) of all columns with it."""

@@ -252,15 +252,14 @@ def own_place(location: str) -> str:
 
 
 def on_platform(varying: Iterable[str]) -> list[list[tuple[str, str]]]:
-    """Pairs of input location and covariate of what may pull at the platform: by its place, its
-    speed, or time.
+    """Pairs of input location and covariate of what may pull at the platform: by its place or its
+    speed.
     """
     pulls = [(f"{PLATFORM}{axis}", axis) for axis in AXES]
     by_place = [(at, name) for at, _ in pulls for name in RANGES]
     by_speed = [(at, f"speed_range_{axis}") for at, axis in pulls]
-    by_time = [(at, "time") for at, _ in pulls]
     known = set(varying)
-    each = [[pair for pair in one if pair[1] in known] for one in (by_place, by_speed, by_time)]
+    each = [[pair for pair in one if pair[1] in known] for one in (by_place, by_speed)]
     return [one for one in each if one]
 
 

@@ -122,7 +122,7 @@ class ProcessOptions:
     """Sizes that are tried, in standard deviations to which the best seen shape is known."""
     least_share: float = 1e-5
     """Share of the kernel's largest direction below which others count for nothing."""
-    least_chi2: float = 1e-3
+    least_chi2: float = 0.1
     """Chi-square of a usual size below which a direction of it is left out: nothing shows it."""
     least_move: float = 0.02
     """Share of a covariate's range by which it moves before the way it came is another."""
