@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deltactl.diagnosis.api import diagnose_recordings
-from deltactl.diagnosis.observations.rounded_commands import unrounded
+from deltactl.diagnosis.observations.log_errors import unrounded
 from deltactl.models.robot import ServoAxis
 from deltactl.recording.tables.flat import FlatRecording, from_columns
 from tests.axes.axis_rigs import FloatArray, wander

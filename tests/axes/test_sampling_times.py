@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deltactl.diagnosis.observations.sampling_times import sampling_times
+from deltactl.diagnosis.observations.log_errors import sampling_times
 
 PERIOD_S, COUNT = 0.02, 1500
 

@@ -33,7 +33,7 @@ class Motion:
     """Standard deviation of the velocity's noise."""
     top_speed: float
     low_passed: Callable[[FloatArray], FloatArray]
-    """Of values (n, ...)."""
+    """Low-pass of values (n, ...)."""
     passes: Callable[[FloatArray], FloatArray]
     """Power (m,) that the low-pass leaves at angles (m,) a sample."""
 

@@ -113,7 +113,10 @@ def all_followed(covariates: Sequence[str]) -> str:
     """Several of them; three directions or three arms of one quantity are that quantity."""
     stems = [name[:-1] for name in covariates]
     whole = {
-        stem: templates().get(f"follows_all.{stem}") for stem in stems if stems.count(stem) == 3
+        stem: templates().get(f"follows_all.{stem}")
+        for stem in stems
+        for ends in ("123", "xyz")
+        if {f"{stem}{end}" for end in ends} <= set(covariates)
     }
     said = [whole.get(stem) or followed(name) for stem, name in zip(stems, covariates, strict=True)]
     return listed(list(dict.fromkeys(said)))

@@ -46,7 +46,7 @@ def one_joint(
 
     chosen: columns that somebody named; their joint is kept, else the one that departs most from
     its command. Joints numbered one to three are the motors of a delta, unless somebody named one
-    as an axis (lone).
+    as a single axis.
     """
     others: dict[str, None] = {}
     beside = _beside_commands(table)

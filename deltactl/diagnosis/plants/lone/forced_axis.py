@@ -19,6 +19,7 @@ from deltactl.diagnosis.evidence.options import EVIDENCE
 from deltactl.diagnosis.observations.ahead_in_time import AheadInTime
 from deltactl.diagnosis.observations.inverse_dynamics import Motion, motion_of
 from deltactl.diagnosis.observations.largest_noise import NoiseBounds
+from deltactl.diagnosis.observations.log_errors import sampling_times
 from deltactl.diagnosis.observations.outliers import without_gross
 from deltactl.diagnosis.observations.readings import (
     BoolArray,
@@ -29,7 +30,6 @@ from deltactl.diagnosis.observations.readings import (
     known_loads,
     smoothly_bridged,
 )
-from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.left_over import UNKNOWN, LeftOver, Way
 from deltactl.diagnosis.plants.lone.clear_motion import (
     alike,

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from deltactl.diagnosis.observations.inverse_dynamics import white_noise
+from deltactl.diagnosis.observations.log_errors import sampling_times, unrounded
 from deltactl.diagnosis.observations.options import OBSERVATIONS
 from deltactl.diagnosis.observations.outliers import begun_in_motion, without_gross
 from deltactl.diagnosis.observations.readings import (
@@ -21,8 +22,6 @@ from deltactl.diagnosis.observations.readings import (
     gather,
     known_loads,
 )
-from deltactl.diagnosis.observations.rounded_commands import unrounded
-from deltactl.diagnosis.observations.sampling_times import sampling_times
 from deltactl.diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
 from deltactl.diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from deltactl.diagnosis.plants.lone.travel import (
