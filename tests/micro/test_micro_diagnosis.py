@@ -138,11 +138,11 @@ def test_nothing_from_outside_leaves_the_torques() -> None:
 @pytest.mark.study
 def test_both_parts_are_one_answer() -> None:
     named, silent = answered(5), answered(0)
-    both = joined(named, silent)
-    assert both.verdict == joined(silent, named).verdict == "explained"
+    both = joined([named, silent])
+    assert both.verdict == joined([silent, named]).verdict == "explained"
     assert both.findings == named.findings
-    assert both.fit == joined(silent, named).fit == named.fit
-    assert joined(silent, silent).verdict == "nothing_missing"
+    assert both.fit == joined([silent, named]).fit == named.fit
+    assert joined([silent, silent]).verdict == "nothing_missing"
 
 
 def test_slow_motion_is_refused_in_one_line() -> None:
