@@ -31,9 +31,9 @@ class VerdictOptions:
     """Times the scatter of readings at one place from which on what is left is not called their
     noise: a noise with a memory hardly changes within a stay, and shows less than its size."""
     half_of_power: float = 0.7
-    """Half of a power, in size: of what is left, from which on it is not called the noise of a
-    sensor where its neighbours tell as much (their correlation), or is what effects of the file
-    leave; and of the noise floor, which readings at one place must show to be its cause."""
+    """Half of a power, in size. A residual with this correlation from reading to reading is not
+    called the noise of a sensor. Effects of the file account for a residual if they may leave this
+    share of it, and scatter at one place for the noise floor if it has this share of it."""
     even: float = 0.5
     """Posterior of the empty set below which nobody may say that nothing is missing."""
     sure_enough: float = 0.8

@@ -15,7 +15,7 @@ from deltactl.foundation.scatter import MAD_TO_SIGMA
 
 
 def with_persistence(fit: Fit, picture: Picture) -> Fit:
-    """The figures with how long what is left goes on, in the channel in which it does most."""
+    """The figures with the correlation time of the residual, in the most correlated channel."""
     found = [one for channel in picture.channels if (one := _of(channel, picture.t_s)) is not None]
     if not found:
         return fit

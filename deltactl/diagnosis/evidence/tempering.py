@@ -75,7 +75,6 @@ def _of_residual(
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
     asked = None if plant.asked is None else plant.asked[rows]
-    noises, between = plant.noises, plant.unsampled
-    course = (between, asked, plant.asked_rounding)
-    read = Rows(rows, groups, plant.kinds, noises, least, once, *course)
+    course = (plant.unsampled, asked, plant.asked_rounding)
+    read = Rows(rows, groups, plant.kinds, plant.noises, least, once, *course)
     return tempered(residual, read, fitted, took)

@@ -64,7 +64,7 @@ class NearPoint:
         return 0.0
 
     def is_far(self, before: float, after: float) -> bool:
-        """Whether so much was explained near a point that what is left may be what is not linear.
+        """Whether so much was explained near a point that the rest may come from its nonlinearity.
 
         before, after: chi-square for each reading, above that of noise.
         """
@@ -205,7 +205,7 @@ class RegressionPlant(Answered, NearPoint, Charged, WithoutName, HeldOut):
         raise NotImplementedError
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
-        """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""
+        """Where to start the nonlinear sizes of a regressor, given the residual without it (n,)."""
         own = next(one for one in self.regressors if one.key == key)
         names = [f"{key}.{size.name}" for size in own.sizes]
         return [dict(zip(names, start, strict=True)) for start in own.starts]

@@ -189,7 +189,7 @@ def _numbered(names: Iterable[str], most: int) -> Sequence[Group]:
 
 
 def _by_stem(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Numbered columns by what is beside the number, and by the number."""
+    """Numbered columns, by the rest of their name and by their number."""
     stems: dict[str, dict[str, str]] = {}
     for name in names:
         if numbered := _NUMBERED.fullmatch(name):
